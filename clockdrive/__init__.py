@@ -1,0 +1,1 @@
+"""Clockdrive points telescopes: the application layer."""

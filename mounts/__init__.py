@@ -1,0 +1,1 @@
+"""One folder a drive: backend, codec, simulator; and what all drives share."""

@@ -1,0 +1,118 @@
+"""The contract that every drive keeps with the session.
+
+Counts are raw drive units (degrees for drives that count in degrees), rates counts per second, times POSIX seconds.
+Decision record 0001 shows on paper that the four drives fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from pointing.slew import SlewModel
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What a drive can do, so that the session never guesses."""
+
+    has_position: bool  # reports where its axes are
+    can_stop: bool  # has a command that ends any motion
+    rate_control: bool  # takes a tracking rate for each axis
+    path_nodes: bool  # takes positions and velocities against time
+    holds_rate_alone: bool  # goes on tracking when the host is gone
+    units: Literal["counts", "degrees", "microsteps", "steps"]
+
+
+@dataclass(frozen=True)
+class AxisReading:
+    """One axis as the drive reports it."""
+
+    counts: float
+    uncertainty_counts: float
+    rate: float  # counts per second
+    slewing: bool
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The drive at one moment."""
+
+    time: float  # the moment the position belongs to
+    axes: tuple[AxisReading, AxisReading]
+    motion: tuple[str, ...] = ()  # names of the sources moving the telescope now
+    limits: tuple[str, ...] = ()  # names of the limits reached
+    alarms: tuple[str, ...] = ()  # names of the alarms standing
+    powered: bool = True  # the motors have power
+    tracking: bool = False  # the drive's own tracking is on
+    unsynchronised: str = ""  # why the position cannot be trusted; empty when it can
+
+
+@dataclass(frozen=True)
+class AxisSlew:
+    """What one axis is told: where to go, and the rate to go on with."""
+
+    target: int  # counts
+    rate_after: float  # counts per second once landed
+
+
+class AxisPath(Protocol):
+    """Where the axes must be at any time a little ahead."""
+
+    def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """((counts, counts per second) of axis 1, the same of axis 2) at POSIX `time`."""
+        ...
+
+
+class Drive(Protocol):
+    """A telescope's drive. Every method is given the time and may block for one exchange on the link.
+
+    All raise `DriveError`, or the `TransportError` of the link where that is what failed.
+    """
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What this drive can do."""
+        ...
+
+    @property
+    def slew_models(self) -> tuple[SlewModel, SlewModel]:
+        """The laws by which its axes slew, with all that has been learnt of them."""
+        ...
+
+    @property
+    def start_latency(self) -> float:
+        """Seconds from calling `start` to the moment the axes begin to move."""
+        ...
+
+    @property
+    def axes_land_together(self) -> bool:
+        """Whether tracking resumes on both axes only when the later one has landed."""
+        ...
+
+    def connect(self, time: float) -> Reading:
+        """Open the link, check that it is the right drive, make it safe, say where it is."""
+        ...
+
+    def read(self, time: float) -> Reading:
+        """Ask the drive for its state."""
+        ...
+
+    def start(self, axes: Sequence[AxisSlew], time: float) -> float:
+        """Begin a slew of both axes; return the time at which the motion began."""
+        ...
+
+    def follow(self, path: AxisPath, time: float) -> None:
+        """Keep the axes on `path`; called again and again while tracking."""
+        ...
+
+    def sync(self, counts: tuple[int, int], time: float) -> None:
+        """Declare the present position to be `counts`."""
+        ...
+
+    def stop(self, time: float) -> None:
+        """End all motion, tracking included."""
+        ...
+
+    def close(self, time: float, *, keep_tracking: bool) -> None:
+        """Leave the drive safe and close the link; with `keep_tracking` it goes on at its present rates."""
+        ...

@@ -1,0 +1,37 @@
+"""How long an axis travels: what the planner asks of each drive, so that `pointing` needs nothing of `mounts`."""
+
+from typing import Protocol
+
+
+class Travel(Protocol):
+    """One axis on its way, from the moment its motion is commanded."""
+
+    @property
+    def duration(self) -> float:
+        """Seconds until the axis has landed."""
+        ...
+
+    @property
+    def landed(self) -> float:
+        """The position in counts where it lands."""
+        ...
+
+    def position(self, elapsed: float) -> float:
+        """The position in counts `elapsed` seconds after the start; `landed` from `duration` on."""
+        ...
+
+
+class SlewModel(Protocol):
+    """The law by which a drive moves one axis; each drive implements it, the planner calls it."""
+
+    @property
+    def max_rate(self) -> float:
+        """The largest speed during a slew, counts per second."""
+        ...
+
+    def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> Travel:
+        """Travel from `start` to `end` counts, beginning with `start_rate`, counts per second.
+
+        A drive that can end a slew in motion ends it with `end_rate`; one that cannot lands at rest and ignores it.
+        """
+        ...

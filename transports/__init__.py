@@ -1,0 +1,1 @@
+"""Bytes: links over TCP, serial and memory, framing, recording. Knows no telescope."""
