@@ -1,0 +1,111 @@
+"""A link to a simulated device in the same process: exact and deterministic under a virtual clock.
+
+A request takes its line time, travels for the latency, and reaches the device whole; the answer travels back
+for the latency and its own line time, and can be read from then on. Waiting is done on the clock handed in,
+so with a virtual clock nothing waits at all.
+"""
+
+from collections import deque
+from typing import Protocol
+
+from transports.errors import LinkError
+from transports.link import Clock
+
+BITS_PER_BYTE = 10  # start bit, 8 data bits, stop bit
+
+
+class Device(Protocol):
+    """What answers at the far end of a link; simulators are devices."""
+
+    def receive(self, data: bytes, t: float) -> bytes:
+        """Take bytes that arrived at POSIX `t`; return the answer, empty when there is none.
+
+        A device may raise `LinkError` to drop the connection.
+        """
+        ...
+
+
+class MemoryLink:
+    """A link to `device`.
+
+    Parameters
+    ----------
+    device : Device
+        What answers.
+    clock : Clock
+        Stamps times and lets them pass.
+    latency_s : float
+        Travel time, each way.
+    baud : int, optional
+        Bits per second of the line, at 10 bits a byte; none for a line that takes no time.
+    name : str
+        The name shown in errors.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        clock: Clock,
+        *,
+        latency_s: float = 0.001,
+        baud: int | None = None,
+        name: str = "sim:",
+    ) -> None:
+        self._device = device
+        self._clock = clock
+        self._latency = latency_s
+        self._byte_time = BITS_PER_BYTE / baud if baud else 0.0
+        self._name = name
+        self._arriving: deque[tuple[float, bytes]] = deque()
+        self._open = True
+
+    @property
+    def name(self) -> str:
+        """The name handed in."""
+        return self._name
+
+    def write(self, data: bytes) -> float:
+        """Send all of `data`; return the time at which its last byte left."""
+        self._require_open()
+        if self._byte_time:
+            self._clock.sleep(len(data) * self._byte_time)
+        sent = self._clock.now()
+        arrived = sent + self._latency
+        try:
+            answer = self._device.receive(data, arrived)
+        except LinkError:
+            self.close()
+            raise
+        if answer:
+            self._arriving.append((arrived + self._latency + len(answer) * self._byte_time, answer))
+        return sent
+
+    def read(self, max_bytes: int, timeout_s: float) -> bytes:
+        """Return what has come, at least one byte; empty when nothing came within `timeout_s`."""
+        self._require_open()
+        now = self._clock.now()
+        due = self._arriving[0][0] if self._arriving else now + timeout_s + 1.0
+        if due > now + timeout_s:
+            if timeout_s > 0.0:
+                self._clock.sleep(timeout_s)
+            return b""
+        if due > now:
+            self._clock.sleep(due - now)
+        return self._take(max_bytes, max(due, now))
+
+    def close(self) -> None:
+        """Close; what is still on its way is lost."""
+        self._open = False
+        self._arriving.clear()
+
+    def _take(self, max_bytes: int, until: float) -> bytes:
+        come = b""
+        while self._arriving and self._arriving[0][0] <= until:
+            come += self._arriving.popleft()[1]
+        if len(come) > max_bytes:
+            self._arriving.appendleft((until, come[max_bytes:]))
+        return come[:max_bytes]
+
+    def _require_open(self) -> None:
+        if not self._open:
+            raise LinkError(f"{self._name}: the link is closed; open it again")
