@@ -1,1 +1,5 @@
 """Clockdrive points telescopes: the application layer."""
+
+from clockdrive.distribution import verify
+
+verify()
