@@ -1,0 +1,211 @@
+"""What a value may be, alone and beside the others: every finding is a sentence with key, value and allowed range."""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+from clockdrive.configuration_keys import (
+    TC410_HALF_RANGE,
+    TC410_MAX_CURRENT_A,
+    TC410_UNITS_PER_S,
+    Facts,
+    Key,
+    Kind,
+    Raw,
+    Value,
+    tc410_fastest_deg_s,
+)
+
+_PORT = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.]+\]|[^\s/:@?#\[\]]+):(?P<port>\d{1,5})")
+_LINKS = re.compile(rf"sim:|(?:{_PORT.pattern})|(?:serial://[^\s?]+|COM\d+)(?:\?baud=[1-9]\d*)?")
+_SOURCES = re.compile(r"(?:file|command|alpaca):\S.*", re.DOTALL)
+_RATIO = re.compile(r"\s*(\d{1,6})\s*(?:/\s*(\d{1,6})\s*)?", re.ASCII)
+_FLAGS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+
+
+class BadValue(ValueError):  # noqa: N818 - it never leaves the configuration
+    """The value is not one of those allowed."""
+
+
+def from_text(key: Key, text: str) -> object:
+    """The value that a text on a command line or in the environment stands for; the text itself where it is none."""
+    try:
+        match key.kind:
+            case "integer":
+                return int(text, 0)
+            case "number":
+                return float(text)
+            case "flag":
+                return _FLAGS[text.strip().lower()]
+            case _:
+                return text
+    except (ValueError, KeyError):
+        return text
+
+
+def checked(key: Key, raw: object, folder: Path) -> Value:
+    """The value of `key`, of its own type, relative paths taken from `folder`.
+
+    Raises
+    ------
+    BadValue
+        It is of another type, or not allowed.
+    """
+    value = _TYPED[key.kind](raw)
+    if isinstance(value, str) and key.kind == "path":
+        return folder / Path(value).expanduser()
+    if key.choices and value not in key.choices:
+        raise BadValue
+    if isinstance(value, Fraction):
+        _within(key, value.numerator)
+        _within(key, value.denominator)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        _within(key, value)
+    return value
+
+
+def _within(key: Key, value: float) -> None:
+    if key.low is not None and (value < key.low or (key.above and value == key.low)):
+        raise BadValue
+    if key.high is not None and value > key.high:
+        raise BadValue
+
+
+def _text(raw: object) -> str:
+    if not isinstance(raw, str) or not raw.strip() or "\0" in raw:
+        raise BadValue
+    return raw
+
+
+def _link(raw: object) -> str:
+    text = _text(raw)
+    port = _PORT.fullmatch(text)
+    if not _LINKS.fullmatch(text) or (port and not 1 <= int(port["port"]) <= 65535):
+        raise BadValue
+    return text
+
+
+def _source(raw: object) -> str:
+    if not _SOURCES.fullmatch(_text(raw)):
+        raise BadValue
+    return str(raw)
+
+
+def _flag(raw: object) -> bool:
+    if not isinstance(raw, bool):
+        raise BadValue
+    return raw
+
+
+def _integer(raw: object) -> int:
+    if isinstance(raw, bool) or not isinstance(raw, int):
+        raise BadValue
+    return raw
+
+
+def _number(raw: object) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        raise BadValue
+    try:
+        value = float(raw)
+    except OverflowError:
+        raise BadValue from None
+    if not math.isfinite(value):
+        raise BadValue
+    return value
+
+
+def _ratio(raw: object) -> Fraction:
+    if isinstance(raw, Fraction):
+        return raw
+    parts = _RATIO.fullmatch(str(raw)) if isinstance(raw, str | int) and not isinstance(raw, bool) else None
+    if parts is None or int(parts[1]) == 0 or (parts[2] is not None and int(parts[2]) == 0):
+        raise BadValue
+    return Fraction(int(parts[1]), int(parts[2] or 1))
+
+
+_TYPED: dict[Kind, Callable[[object], Raw | Fraction]] = {
+    "text": _text,
+    "path": _text,
+    "link": _link,
+    "source": _source,
+    "flag": _flag,
+    "integer": _integer,
+    "number": _number,
+    "ratio": _ratio,
+}
+
+Finding = tuple[tuple[str, ...], str]  # the keys that contradict each other, and the sentence
+
+
+def contradictions(facts: Facts) -> Iterator[Finding]:
+    """What is impossible though each value alone is allowed."""
+    for section in ("axis1", "axis2", "rotator"):
+        if f"{section}.min_deg" in facts:
+            yield from _travel(facts, section)
+    if facts.get("limits.horizon") is not None and "limits.horizon_deg" in facts:
+        yield (
+            ("limits.horizon", "limits.horizon_deg"),
+            "limits.horizon and limits.horizon_deg are both given: keep one of them",
+        )
+    if facts["drive.kind"] == "tc410":
+        yield from _fan(facts)
+        for section in ("axis1", "axis2"):
+            yield from _tc410_axis(facts, section)
+
+
+def _travel(facts: Facts, axis: str) -> Iterator[Finding]:
+    low, high, park = (_float(facts, f"{axis}.{name}") for name in ("min_deg", "max_deg", "park_deg"))
+    if low >= high:
+        text = f"{axis}.min_deg = {low:g} is not below {axis}.max_deg = {high:g}: the axis could not move"
+        yield (f"{axis}.min_deg", f"{axis}.max_deg"), text
+    elif not low <= park <= high:
+        text = f"{axis}.park_deg = {park:g}: allowed {low:g} to {high:g} deg, as {axis}.min_deg and max_deg say"
+        yield (f"{axis}.park_deg", f"{axis}.min_deg", f"{axis}.max_deg"), text
+
+
+def _fan(facts: Facts) -> Iterator[Finding]:
+    start, stop = _float(facts, "drive.fan_start_c"), _float(facts, "drive.fan_stop_c")
+    if stop > start:
+        text = f"drive.fan_stop_c = {stop:g}: allowed at most drive.fan_start_c = {start:g} °C"
+        yield ("drive.fan_stop_c", "drive.fan_start_c"), text
+
+
+def _tc410_axis(facts: Facts, axis: str) -> Iterator[Finding]:
+    drive_type = str(facts[f"{axis}.drive_type"])
+    gears = tuple(f"{axis}.{name}" for name in ("motor_steps", "main_gear", "secondary_gear", "drive_type"))
+    fastest = tc410_fastest_deg_s(facts, axis)
+    speed = _float(facts, f"{axis}.max_speed_deg_s")
+    if speed > fastest:
+        text = (
+            f"{axis}.max_speed_deg_s = {speed:g}: allowed at most {_rounded_down(fastest):g} deg/s, "
+            f"which is {TC410_UNITS_PER_S} units/s with this {drive_type} gearing"
+        )
+        yield (f"{axis}.max_speed_deg_s", *gears), text
+    reach = TC410_HALF_RANGE * fastest / TC410_UNITS_PER_S
+    centre = _float(facts, f"{axis}.centre_deg")
+    for name in ("min_deg", "max_deg"):
+        angle = _float(facts, f"{axis}.{name}")
+        if abs(angle - centre) > reach:
+            text = (
+                f"{axis}.{name} = {angle:g}: allowed {centre - reach:.2f} to {centre + reach:.2f} deg, "
+                f"which the drive's 24 bits count with this gearing round {axis}.centre_deg = {centre:g}"
+            )
+            yield (f"{axis}.{name}", f"{axis}.centre_deg", *gears), text
+    current, most = _float(facts, f"{axis}.motor_current_a"), TC410_MAX_CURRENT_A[drive_type]
+    if current > most:
+        text = f"{axis}.motor_current_a = {current:g}: allowed 1 to {most:g} A with drive_type = {drive_type}"
+        yield (f"{axis}.motor_current_a", f"{axis}.drive_type"), text
+
+
+def _float(facts: Facts, dotted: str) -> float:
+    value = facts[dotted]
+    if not isinstance(value, int | float):
+        raise TypeError(dotted)
+    return float(value)
+
+
+def _rounded_down(value: float) -> float:
+    return math.floor(value * 1e4) / 1e4

@@ -1,0 +1,813 @@
+"""Every key of the configuration, once: what checks a file, fills it, writes a new one and documents it reads here.
+
+Defaults stand as a file would have them and pass the same checks. A default that follows from other keys is
+`Computed` from keys above it in the table. Angles are in degrees where the name says so.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Literal
+
+Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "ratio"]
+Raw = str | int | float | bool
+Value = Raw | Fraction | Path | None
+
+DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
+MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
+TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
+TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)
+TC410_MICROSTEPS = {"gecko": 10, "ims": 16}  # reported units a full step (4.7.1)
+JOYSTICK_MODES = (*range(18), 128)  # the shifts of use, or logarithmic (4.7.7)
+TC410_MAX_CURRENT_A = {"gecko": 5.0, "ims": 3.0}  # (4.7.2)
+
+Facts = Mapping[str, Value]  # the values settled so far, by dotted name
+Rule = Callable[[Facts, str], Value]  # with the section whose default is asked
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A default that follows from other keys, and how the documentation says so."""
+
+    text: str
+    rule: Rule
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: where it stands, what it may be, what it means."""
+
+    section: str
+    name: str
+    kind: Kind
+    default: Raw | Computed | None
+    meaning: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    above: bool = False  # `low` itself is not allowed
+    choices: tuple[Raw, ...] = ()
+    drives: tuple[str, ...] = DRIVE_KINDS
+    in_unit: bool = False  # a TC410 keeps it in its own registers; absent from the file, it is read from there
+    example: Raw = ""  # shown where there is no default
+
+    @property
+    def dotted(self) -> str:
+        """`section.name`, as errors, flags and origins call it."""
+        return f"{self.section}.{self.name}"
+
+    @property
+    def allowed(self) -> str:
+        """The allowed values in words."""
+        return f"{self._allowed()} {self.unit}".rstrip()
+
+    def _allowed(self) -> str:
+        if self.choices == JOYSTICK_MODES:
+            return "0 to 17 | 128"
+        if self.choices:
+            return " | ".join(str(choice) for choice in self.choices)
+        if self.low is None or self.high is None:
+            return KIND_WORDS[self.kind]
+        bounds = f"above {_plain(self.low)}, at most" if self.above else f"{_plain(self.low)} to"
+        words = f"{KIND_WORDS['ratio']}, each " if self.kind == "ratio" else ""
+        return f"{words}{bounds} {_plain(self.high)}"
+
+
+def _plain(value: float) -> str:
+    return f"{value:.10g}".replace("-", "−")
+
+
+KIND_WORDS: dict[Kind, str] = {
+    "text": "a text",
+    "path": "the path of a file",
+    "link": "sim: | tcp://HOST:PORT | serial:///dev/ttyUSB0?baud=9600 | COM3",
+    "source": "file:PATH | command:… | alpaca:URL",
+    "flag": "true or false",
+    "integer": "a whole number",
+    "number": "a number",
+    "ratio": 'two whole numbers as "1/285"',
+}
+
+_FORK, _GERMAN, _ALTAZ = MOUNT_TYPES
+# Smallest and largest position, speed, acceleration, jerk, of the 3.5 m and the 2.5 m telescope.
+_CONTROLLER_RANGE: dict[tuple[str, str], tuple[float, ...]] = {
+    ("apo", "axis1"): (-180.0, 360.0, 1.75, 0.1, 0.5),
+    ("apo", "axis2"): (6.0, 85.0, 1.5, 0.1, 0.5),
+    ("apo", "rotator"): (-180.0, 180.0, 3.5, 0.7, 7.0),
+    ("sdss", "axis1"): (-195.0, 435.0, 2.0, 0.2, 0.2),
+    ("sdss", "axis2"): (18.2, 90.0, 1.5, 0.08, 0.08),
+    ("sdss", "rotator"): (-180.0, 361.0, 2.0, 0.25, 0.25),
+}
+
+
+def _number(facts: Facts, dotted: str) -> float:
+    value = facts[dotted]
+    if not isinstance(value, int | float):
+        raise TypeError(dotted)
+    return float(value)
+
+
+def _rest(facts: Facts, section: str) -> float:
+    """The angle of axis `section` where a telescope of this mount type naturally rests, degrees."""
+    latitude = _number(facts, "site.latitude_deg")
+    pole = 90.0 if latitude >= 0.0 else -90.0
+    angles = {_FORK: (0.0, latitude), _GERMAN: (90.0, pole), _ALTAZ: (0.0, 45.0)}[str(facts["mount.type"])]
+    return {"axis1": angles[0], "axis2": angles[1]}.get(section, 0.0)
+
+
+def _centre(facts: Facts, section: str) -> float:
+    return _rest(facts, section) if facts["drive.kind"] == "tc410" else 0.0
+
+
+def _range(facts: Facts, section: str) -> tuple[float, float]:
+    controller = _CONTROLLER_RANGE.get((str(facts["drive.kind"]), section))
+    if controller is not None:
+        return controller[0], controller[1]
+    north = _number(facts, "site.latitude_deg") >= 0.0
+    past = _number(facts, "limits.hour_angle_past_meridian_deg")
+    return {  # a fork stops short of its lower crossing; an altazimuth's cables take three quarters of a turn
+        (_FORK, "axis1"): (-170.0, 170.0),
+        (_FORK, "axis2"): (-90.0, 90.0),
+        (_GERMAN, "axis1"): (-past, 180.0 + past),
+        (_GERMAN, "axis2"): (-90.0, 270.0) if north else (-270.0, 90.0),
+        (_ALTAZ, "axis1"): (-270.0, 270.0),
+        (_ALTAZ, "axis2"): (-5.0, 95.0),
+    }.get((str(facts["mount.type"]), section), (-180.0, 180.0))
+
+
+def _park(facts: Facts, section: str) -> float:
+    low, high = _number(facts, f"{section}.min_deg"), _number(facts, f"{section}.max_deg")
+    return min(max(_rest(facts, section), low), high)
+
+
+def tc410_fastest_deg_s(facts: Facts, section: str) -> float:
+    """Degrees a second at 20000 units a second with the axis's gearing (manual, 4.7.5)."""
+    main, secondary = facts[f"{section}.main_gear"], facts[f"{section}.secondary_gear"]
+    if not (isinstance(main, Fraction) and isinstance(secondary, Fraction)):
+        raise TypeError(section)
+    microsteps = TC410_MICROSTEPS[str(facts[f"{section}.drive_type"])]
+    step = 360.0 * float(main * secondary) / (_number(facts, f"{section}.motor_steps") * microsteps)
+    return TC410_UNITS_PER_S * step
+
+
+def _tc410_speed(facts: Facts, section: str) -> float:
+    return min(4.5, float(f"{0.9 * tc410_fastest_deg_s(facts, section):.3g}"))
+
+
+def _controller(index: int) -> Rule:
+    return lambda facts, section: _CONTROLLER_RANGE[str(facts["drive.kind"]), section][index]
+
+
+def _isa_pressure(facts: Facts, _section: str) -> float:
+    """Pressure of the International Standard Atmosphere, troposphere, hPa."""
+    return round(1013.25 * math.pow(1.0 - 2.25577e-5 * _number(facts, "site.height_m"), 5.25588), 2)
+
+
+def _isa_temperature(facts: Facts, _section: str) -> float:
+    """Temperature of the International Standard Atmosphere, troposphere, Celsius."""
+    return round(15.0 - 0.0065 * _number(facts, "site.height_m"), 2)
+
+
+def _mount_type(facts: Facts, _section: str) -> str:
+    return _ALTAZ if facts["drive.kind"] in {"apo", "sdss"} else _FORK
+
+
+_TC410, _AVR, _APO, _AWR = ("tc410",), ("avr-box",), ("apo",), ("awr",)
+_NODES = ("apo", "sdss")
+
+# fmt: off - one key after another, as in a table
+_SITE = (
+    Key("site", "name", "text", "Kaikoura", "the observatory, in displays and file headers"),
+    Key("site", "latitude_deg", "number", -42.4, "geodetic latitude, north positive", "deg", -90, 90, in_unit=True),
+    Key("site", "longitude_deg", "number", 173.7, "longitude, east positive", "deg", -180, 360, in_unit=True),
+    Key("site", "height_m", "number", 30.0, "height above the ellipsoid", "m", -500, 9000),
+)
+_WEATHER = (
+    Key(
+        "site.weather",
+        "source",
+        "source",
+        None,
+        "where live values come from; the others stand in when it is old",
+        example="file:weather.toml",
+    ),
+    Key("site.weather", "refraction", "flag", default=True, meaning="correct for refraction"),
+    Key(
+        "site.weather",
+        "pressure_hpa",
+        "number",
+        Computed("ISA at the height", _isa_pressure),
+        "pressure at the telescope, not reduced to sea level",
+        "hPa",
+        300,
+        1100,
+    ),
+    Key(
+        "site.weather",
+        "temperature_c",
+        "number",
+        Computed("ISA at the height", _isa_temperature),
+        "air temperature at the telescope",
+        "°C",
+        -90,
+        60,
+    ),
+    Key("site.weather", "relative_humidity", "number", 0.5, "relative humidity as a fraction", "", 0, 1),
+    Key(
+        "site.weather",
+        "wavelength_um",
+        "number",
+        0.55,
+        "wavelength for which refraction is corrected",
+        "µm",
+        0.1,
+        100,
+    ),
+)
+_DRIVE = (
+    Key("drive", "kind", "text", "tc410", "which drive the telescope has", choices=DRIVE_KINDS),
+    Key("drive", "link", "link", "sim:", "where it is reached; `sim:` is the embedded simulator"),
+    Key(
+        "drive",
+        "position_format",
+        "text",
+        "auto",
+        "how the 24-bit position lies in its two registers; `auto` finds out",
+        choices=("auto", "right", "left"),
+        drives=_TC410,
+    ),
+    Key(
+        "drive",
+        "slew_idle",
+        "text",
+        "both",
+        "tracking resumes when both axes have ended the slew, or each by itself",
+        choices=("both", "per-axis"),
+        drives=_TC410,
+    ),
+    Key(
+        "drive",
+        "joystick_mode",
+        "integer",
+        128,
+        "shift of the linear speed range, or 128: logarithmic",
+        choices=JOYSTICK_MODES,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "drive",
+        "autoguider_mode",
+        "integer",
+        12,
+        "shift of the linear speed range, or 128: logarithmic",
+        choices=JOYSTICK_MODES,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "drive",
+        "fan_start_c",
+        "number",
+        35.0,
+        "the system fan starts at this temperature",
+        "°C",
+        -40,
+        100,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "drive",
+        "fan_stop_c",
+        "number",
+        30.0,
+        "the system fan stops at this temperature",
+        "°C",
+        -40,
+        100,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "drive",
+        "move_count",
+        "text",
+        "total",
+        "whether a move counts all its microsteps or half of them",
+        choices=("total", "half"),
+        drives=_AVR,
+    ),
+    Key("drive", "axis_bit", "integer", 1, "value of the axis bit that means axis 2", choices=(0, 1), drives=_AVR),
+    Key(
+        "drive",
+        "guide_counts",
+        "integer",
+        4,
+        "timer counts by which guiding changes the rate",
+        "counts",
+        1,
+        50,
+        drives=_AVR,
+    ),
+    Key("drive", "pec", "flag", default=False, meaning="the box corrects its periodic error", drives=_AVR),
+    Key(
+        "drive",
+        "encoder_counts_per_turn",
+        "integer",
+        20000,
+        "encoder counts a turn of the axis; 0: none",
+        "counts",
+        0,
+        1e7,
+        drives=_AVR,
+    ),
+    Key(
+        "drive",
+        "max_uninterruptible_s",
+        "number",
+        30.0,
+        "longest move, as no command stops one",
+        "s",
+        1,
+        600,
+        drives=_AVR,
+    ),
+    Key(
+        "drive",
+        "slew_table",
+        "path",
+        None,
+        "the box's own slew table when it is not the standard one",
+        drives=_AVR,
+        example="slew_table.csv",
+    ),
+    Key(
+        "drive",
+        "on_expiry",
+        "text",
+        "halt",
+        "what a controller does when its path has run out",
+        choices=("halt", "extrapolate"),
+        drives=_NODES,
+    ),
+    Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 2, 1000, drives=_NODES),
+    Key(
+        "drive",
+        "sidereal_steps_per_s",
+        "number",
+        None,
+        "motor steps a second at sidereal rate, on the factory sheet",
+        "steps/s",
+        0,
+        1e6,
+        above=True,
+        drives=_AWR,
+        example=50.0,
+    ),
+    Key(
+        "drive",
+        "frequency_unit",
+        "number",
+        1.0,
+        "steps a second of one unit of a frequency register",
+        "steps/s",
+        0,
+        1e6,
+        above=True,
+        drives=_AWR,
+    ),
+    Key(
+        "drive",
+        "acceleration_unit",
+        "number",
+        1.0,
+        "steps/s² of one unit of an acceleration register",
+        "steps/s²",
+        0,
+        1e6,
+        above=True,
+        drives=_AWR,
+    ),
+    Key(
+        "drive",
+        "rate_reference",
+        "text",
+        "motor",
+        "what guide and centre rates are counted from",
+        choices=("motor", "sky"),
+        drives=_AWR,
+    ),
+)
+_MOUNT = (
+    Key(
+        "mount",
+        "type",
+        "text",
+        Computed("altaz-fork for apo and sdss, else equatorial-fork", _mount_type),
+        "how the axes lie",
+        choices=MOUNT_TYPES,
+        in_unit=True,
+    ),
+    Key(
+        "mount",
+        "mount_x_mas",
+        "integer",
+        0,
+        "misalignment about the mount's x axis",
+        "mas",
+        -324e6,
+        324e6,
+        in_unit=True,
+    ),
+    Key(
+        "mount",
+        "mount_y_mas",
+        "integer",
+        0,
+        "misalignment about the mount's y axis",
+        "mas",
+        -324e6,
+        324e6,
+        in_unit=True,
+    ),
+    Key("mount", "pointing_model", "path", None, "TPOINT model file", example="model.mod"),
+    Key(
+        "mount",
+        "flip",
+        "text",
+        "command",
+        "when a German mount changes sides: on command, or by itself",
+        choices=("command", "auto"),
+    ),
+)
+_LIMITS = (
+    Key("limits", "horizon_deg", "number", 15.0, "lowest altitude", "deg", -5, 90),
+    Key(
+        "limits",
+        "horizon",
+        "path",
+        None,
+        "file of azimuth_deg,altitude_deg, in place of horizon_deg",
+        example="horizon.csv",
+    ),
+    Key("limits", "sun_avoidance_deg", "number", 20.0, "distance kept from the Sun; 0: none", "deg", 0, 90),
+    Key(
+        "limits",
+        "hour_angle_past_meridian_deg",
+        "number",
+        10.0,
+        "German: how far the mechanical hour angle goes beyond 0..180",
+        "deg",
+        0,
+        90,
+    ),
+)
+_AXIS = (
+    Key(
+        "axis",
+        "motor_steps",
+        "integer",
+        200,
+        "full steps a turn of the motor",
+        "steps",
+        1,
+        65535,
+        drives=(*_TC410, *_AVR),
+        in_unit=True,
+    ),
+    Key("axis", "main_gear", "ratio", "1/285", "worm and wheel", "", 1, 65535, drives=_TC410, in_unit=True),
+    Key(
+        "axis",
+        "main_gear",
+        "ratio",
+        Computed('"1/360", axis2 "2/360"', lambda _, axis: "1/360" if axis == "axis1" else "2/360"),
+        "worm and wheel",
+        "",
+        1,
+        65535,
+        drives=_AVR,
+    ),
+    Key("axis", "secondary_gear", "ratio", "16/40", "motor to worm", "", 1, 65535, drives=_TC410, in_unit=True),
+    Key("axis", "secondary_gear", "ratio", "11/57", "motor to worm", "", 1, 65535, drives=_AVR),
+    Key("axis", "microsteps", "integer", 64, "microsteps a full step", "", 1, 256, drives=_AVR),
+    Key(
+        "axis",
+        "drive_type",
+        "text",
+        "gecko",
+        "motor controller: 10 or 16 units a full step",
+        choices=("gecko", "ims"),
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "acceleration_register",
+        "integer",
+        26,
+        "acceleration, 152.588 units/s² each",
+        "",
+        1,
+        255,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "deceleration_register",
+        "integer",
+        26,
+        "deceleration, likewise",
+        "",
+        1,
+        255,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "max_speed_deg_s",
+        "number",
+        Computed("4.5, or 90 % of 20000 units/s where that is less", _tc410_speed),
+        "fastest slew",
+        "deg/s",
+        0,
+        100,
+        above=True,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "motor_current_a",
+        "number",
+        2.0,
+        "phase current; at most 3 for ims",
+        "A",
+        1,
+        5,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "motor_wiring",
+        "text",
+        "4-lead",
+        "how the motor is wired, for the current it may have",
+        choices=("4-lead", "6-lead-half", "6-lead-full", "8-lead-parallel", "8-lead-series"),
+        drives=_TC410,
+    ),
+    Key(
+        "axis",
+        "encoder_bits",
+        "integer",
+        0,
+        "bits of the absolute encoder; 0: none",
+        choices=(0, 14, 16),
+        drives=_TC410,
+    ),
+    Key(
+        "axis",
+        "encoder_reversed",
+        "flag",
+        default=False,
+        meaning="the encoder counts against the axis",
+        drives=_TC410,
+    ),
+    Key(
+        "axis",
+        "encoder_zero",
+        "integer",
+        0,
+        "encoder reading remembered for the zero",
+        "",
+        0,
+        65535,
+        drives=_TC410,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "encoder_zero_at",
+        "text",
+        "centre",
+        "where that zero is: at the centre count, or at count 0",
+        choices=("centre", "zero"),
+        drives=_TC410,
+    ),
+    Key(
+        "axis",
+        "link",
+        "link",
+        None,
+        "where this axis's controller is reached",
+        drives=_APO,
+        example="tcp://127.0.0.1:1024",
+    ),
+    Key(
+        "axis",
+        "max_speed_deg_s",
+        "number",
+        Computed("the controller's", _controller(2)),
+        "fastest motion",
+        "deg/s",
+        0,
+        100,
+        above=True,
+        drives=_NODES,
+    ),
+    Key(
+        "axis",
+        "acceleration_deg_s2",
+        "number",
+        Computed("the controller's", _controller(3)),
+        "largest acceleration",
+        "deg/s²",
+        0,
+        100,
+        above=True,
+        drives=_NODES,
+    ),
+    Key(
+        "axis",
+        "jerk_deg_s3",
+        "number",
+        Computed("the controller's", _controller(4)),
+        "largest jerk",
+        "deg/s³",
+        0,
+        1000,
+        above=True,
+        drives=_NODES,
+    ),
+    Key(
+        "axis",
+        "centre_deg",
+        "number",
+        Computed(
+            "tc410: fork 0 / latitude, German 90 / ±90 at the visible pole, altazimuth 0 / 45; others 0", _centre
+        ),
+        "axis angle at the drive's centre count or zero",
+        "deg",
+        -360,
+        360,
+    ),
+    Key("axis", "reversed", "flag", default=False, meaning="counts decrease while the angle increases"),
+    Key(
+        "axis",
+        "min_deg",
+        "number",
+        Computed(
+            "fork −170 / −90, German −10 / −90 north or −270 south, altazimuth −270 / −5; apo, sdss: theirs",
+            lambda facts, axis: _range(facts, axis)[0],
+        ),
+        "smallest axis angle",
+        "deg",
+        -720,
+        720,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "max_deg",
+        "number",
+        Computed(
+            "fork 170 / 90, German 190 / 270 north or 90 south, altazimuth 270 / 95; apo, sdss: theirs",
+            lambda facts, axis: _range(facts, axis)[1],
+        ),
+        "largest axis angle",
+        "deg",
+        -720,
+        720,
+        in_unit=True,
+    ),
+    Key(
+        "axis",
+        "park_deg",
+        "number",
+        Computed(
+            "where the mount rests: fork 0 / latitude, German 90 / ±90, altazimuth 0 / 45, within the limits", _park
+        ),
+        "axis angle when parked",
+        "deg",
+        -720,
+        720,
+        in_unit=True,
+    ),
+)
+_AXIS2 = (
+    Key(
+        "axis2",
+        "steps_per_degree",
+        "number",
+        None,
+        "motor steps a degree of axis 2",
+        "steps/deg",
+        0,
+        1e8,
+        above=True,
+        drives=_AWR,
+        example=12000.0,
+    ),
+)
+_INSTRUMENTS = (
+    Key("instruments.*", "x_arcsec", "number", 0.0, "pointing origin in the focal plane, x", "arcsec", -36000, 36000),
+    Key("instruments.*", "y_arcsec", "number", 0.0, "pointing origin in the focal plane, y", "arcsec", -36000, 36000),
+)
+_STATE = (
+    Key(
+        "state",
+        "path",
+        "path",
+        Computed("the platform's state directory", lambda _facts, _section: None),
+        "folder that keeps positions, corrections and history",
+        example="state",
+    ),
+)
+_SIMULATOR = (
+    Key("simulator", "misalignment_x_arcsec", "number", 0.0, "true misalignment about x", "arcsec", -36000, 36000),
+    Key("simulator", "misalignment_y_arcsec", "number", 0.0, "true misalignment about y", "arcsec", -36000, 36000),
+    Key("simulator", "collimation_arcsec", "number", 0.0, "true collimation error", "arcsec", -36000, 36000),
+    Key(
+        "simulator", "nonperpendicularity_arcsec", "number", 0.0, "true non-perpendicularity", "arcsec", -36000, 36000
+    ),
+    Key("simulator", "flexure_arcsec", "number", 0.0, "true tube flexure at the horizon", "arcsec", -3600, 3600),
+    Key(
+        "simulator",
+        "periodic_error_arcsec",
+        "number",
+        0.0,
+        "amplitude a turn of the worm of axis 1",
+        "arcsec",
+        0,
+        3600,
+    ),
+    Key("simulator", "backlash_arcsec", "number", 0.0, "dead travel on reversing", "arcsec", 0, 3600),
+    Key(
+        "simulator",
+        "encoder_noise_arcsec",
+        "number",
+        0.0,
+        "standard deviation of an encoder reading",
+        "arcsec",
+        0,
+        3600,
+    ),
+    Key(
+        "simulator",
+        "acceleration_error",
+        "number",
+        0.0,
+        "fraction by which it accelerates off its register",
+        "",
+        -0.5,
+        0.5,
+    ),
+    Key("simulator", "landing_s", "number", 0.0, "slow creep at the end of a slew", "s", 0, 60),
+    Key("simulator", "clock_drift_ppm", "number", 0.0, "drift of the drive's own clock", "ppm", -1000, 1000),
+    Key("simulator", "latency_s", "number", 0.001, "delay of the link, each way", "s", 0, 10),
+    Key("simulator", "baud", "integer", 0, "speed of a serial link to imitate; 0: none", "baud", 0, 1e6),
+    Key(
+        "simulator",
+        "position_format",
+        "text",
+        "right",
+        "how it lays out the position",
+        choices=("right", "left"),
+        drives=_TC410,
+    ),
+    Key(
+        "simulator",
+        "slew_idle",
+        "text",
+        "both",
+        "when it resumes tracking",
+        choices=("both", "per-axis"),
+        drives=_TC410,
+    ),
+    Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
+)
+# fmt: on
+
+
+def _for_axis(section: str, keys: Iterable[Key]) -> tuple[Key, ...]:
+    return tuple(replace(key, section=section) for key in keys)
+
+
+_ROTATOR = tuple(
+    replace(key, drives=tuple(k for k in key.drives if k in _NODES)) for key in _AXIS if set(key.drives) & set(_NODES)
+)
+
+KEYS: tuple[Key, ...] = (
+    *_SITE, *_WEATHER, *_DRIVE, *_MOUNT, *_LIMITS, *_for_axis("axis1", _AXIS), *_for_axis("axis2", _AXIS), *_AXIS2,
+    *_for_axis("rotator", _ROTATOR), *_INSTRUMENTS, *_SIMULATOR, *_STATE,
+)  # fmt: skip
+
+
+def keys_of(drive: str) -> tuple[Key, ...]:
+    """The keys that a telescope with `drive` can have, in the order of a file."""
+    return tuple(key for key in KEYS if drive in key.drives)
