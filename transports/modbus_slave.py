@@ -163,9 +163,7 @@ def _many_registers(body: bytes) -> tuple[int, list[int]]:
 def _payload(body: bytes, size: int) -> bytes:
     """Return the values of a multiple write, which must be as long as its count and its byte count say."""
     if len(body) != 5 + size or body[4] != size:
-        raise IllegalValue(
-            f"the values take {size} bytes, here are {len(body) - 5} announced as {body[4:5].hex()}"
-        )
+        raise IllegalValue(f"the values take {size} bytes, here are {len(body) - 5} announced as {body[4:5].hex()}")
     return body[5:]
 
 
