@@ -1,0 +1,1 @@
+"""Run by hand, from the checkout: what makes committed data and pages."""
