@@ -1,10 +1,11 @@
 """The contract that every drive keeps with the session.
 
 Counts are raw drive units (degrees for drives that count in degrees), rates counts per second, times POSIX seconds.
+Every sequence is in axis order; a rotator is the third element.
 Decision record 0001 shows on paper that the four drives fit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -37,8 +38,8 @@ class AxisReading:
 class Reading:
     """The drive at one moment."""
 
-    time: float  # the moment the position belongs to
-    axes: tuple[AxisReading, AxisReading]
+    time: float  # the moment all positions belong to
+    axes: tuple[AxisReading, ...]
     motion: tuple[str, ...] = ()  # names of the sources moving the telescope now
     limits: tuple[str, ...] = ()  # names of the limits reached
     alarms: tuple[str, ...] = ()  # names of the alarms standing
@@ -49,17 +50,18 @@ class Reading:
 
 @dataclass(frozen=True)
 class AxisSlew:
-    """What one axis is told: where to go, and the rate to go on with."""
+    """What one axis is told: where to go, how fast at most, and the rate to go on with."""
 
-    target: int  # counts
-    rate_after: float  # counts per second once landed
+    target: float  # counts; a drive of whole steps rounds
+    rate_after: float = 0.0  # counts per second once landed
+    max_rate: float | None = None  # counts per second; None for the drive's own top speed
 
 
 class AxisPath(Protocol):
     """Where the axes must be at any time a little ahead."""
 
-    def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
-        """((counts, counts per second) of axis 1, the same of axis 2) at POSIX `time`."""
+    def at(self, time: float) -> Sequence[tuple[float, float]]:
+        """(counts, counts per second) of each axis at POSIX `time`."""
         ...
 
 
@@ -75,7 +77,7 @@ class Drive(Protocol):
         ...
 
     @property
-    def slew_models(self) -> tuple[SlewModel, SlewModel]:
+    def slew_models(self) -> tuple[SlewModel, ...]:
         """The laws by which its axes slew, with all that has been learnt of them."""
         ...
 
@@ -89,8 +91,18 @@ class Drive(Protocol):
         """Whether tracking resumes on both axes only when the later one has landed."""
         ...
 
-    def connect(self, time: float) -> Reading:
-        """Open the link, check that it is the right drive, make it safe, say where it is."""
+    @property
+    def memory(self) -> Mapping[str, object]:
+        """What the drive must be given back when it is made again: position, boot cookie, all it has learnt."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know: differences from the configuration, assumptions confirmed or refuted."""
+        ...
+
+    def connect(self, time: float, *, make_safe: bool) -> Reading:
+        """Open the link, check that it is the right drive, say where it is; `make_safe` ends all motion first."""
         ...
 
     def read(self, time: float) -> Reading:
@@ -98,14 +110,14 @@ class Drive(Protocol):
         ...
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
-        """Begin a slew of both axes; return the time at which the motion began."""
+        """Begin a slew of all axes; return the time at which the motion began."""
         ...
 
     def follow(self, path: AxisPath, time: float) -> None:
-        """Keep the axes on `path`; called again and again while tracking."""
+        """Keep the axes on `path`; called again and again from the start of a slew until `stop`."""
         ...
 
-    def sync(self, counts: tuple[int, int], time: float) -> None:
+    def sync(self, counts: Sequence[float], time: float) -> None:
         """Declare the present position to be `counts`."""
         ...
 

@@ -1,0 +1,109 @@
+"""What a plan is made of and what it is: frozen values.
+
+Angles are radians, times POSIX seconds, rates per second; `counts` are the drive's own units.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pointing.gearing import Gearing
+from pointing.limits import Check
+from pointing.mount import Posture
+from pointing.slew import SlewModel, Travel
+from pointing.vectors import Vector
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis: its gearing and the travel it is allowed, radians."""
+
+    name: str
+    gearing: Gearing
+    minimum: float
+    maximum: float
+
+    def windings(self, angle: float) -> Iterator[float]:
+        """Every angle within the limits that is the same direction as `angle`."""
+        wound = angle + math.tau * math.ceil((self.minimum - angle) / math.tau)
+        while wound <= self.maximum:
+            yield wound
+            wound += math.tau
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the axes are when the plan is made: counts, and counts per second."""
+
+    time: float
+    counts: tuple[float, float]
+    rates: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How the drive moves, with all that has been learnt of it.
+
+    Parameters
+    ----------
+    slew : tuple of SlewModel
+        The law of each axis.
+    latency : float
+        Seconds from the command to the motion.
+    together : bool
+        Tracking resumes on both axes only when the later one has landed.
+    """
+
+    slew: tuple[SlewModel, SlewModel]
+    latency: float = 0.0
+    together: bool = True
+
+
+@dataclass(frozen=True)
+class AxisPlan:
+    """What one axis does: radians, counts, seconds."""
+
+    name: str
+    angle: float
+    rate: float
+    from_counts: float
+    target_counts: int
+    rate_counts: float
+    travel: Travel
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A slew that ends on the target.
+
+    Parameters
+    ----------
+    target : str
+        The target's name.
+    start, arrival : float
+        POSIX seconds; `arrival` is when both axes are on the target.
+    posture : Posture
+        How the mount stands on arrival.
+    observed : Vector
+        The target's observed direction at arrival, horizon frame.
+    axes : tuple of AxisPlan
+        Angles, counts and rates at arrival.
+    checks : tuple of Check
+        All that was asked; every one is ok.
+    """
+
+    target: str
+    start: float
+    arrival: float
+    posture: Posture
+    observed: Vector
+    axes: tuple[AxisPlan, AxisPlan]
+    checks: tuple[Check, ...]
+
+    @property
+    def eta(self) -> float:
+        """Seconds from the start to the arrival, latency included."""
+        return self.arrival - self.start
+
+
+AxisState = tuple[tuple[float, float], tuple[float, float]]
