@@ -1,0 +1,156 @@
+"""The SQLite file behind the state store: opened with care, every error of SQLite a sentence with the remedy.
+
+A write-ahead log keeps the last complete transaction whatever ends the process; `durable` transactions are also on
+the disk when they end, which costs a few milliseconds.
+"""
+
+import sqlite3
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from clockdrive.errors import StateError
+
+FILE_NAME = "state.sqlite3"
+_APPLICATION = 0x436C6B44  # "ClkD" in the header of the file
+_VERSION = 1
+_SCHEMA = """
+CREATE TABLE positions (
+    telescope TEXT PRIMARY KEY, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
+    uncertainty1 REAL NOT NULL, uncertainty2 REAL NOT NULL, unsynchronised TEXT NOT NULL);
+CREATE TABLE synchronisations (
+    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
+    uncertainty_arcsec REAL NOT NULL, origin TEXT NOT NULL);
+CREATE TABLE corrections (
+    telescope TEXT NOT NULL, name TEXT NOT NULL, value REAL NOT NULL, unit TEXT NOT NULL, origin TEXT NOT NULL,
+    time REAL NOT NULL, PRIMARY KEY (telescope, name));
+CREATE TABLE notes (
+    telescope TEXT NOT NULL, name TEXT NOT NULL, json TEXT NOT NULL, time REAL NOT NULL,
+    PRIMARY KEY (telescope, name));
+CREATE TABLE events (
+    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+    json TEXT NOT NULL);
+CREATE INDEX synchronisations_by_telescope ON synchronisations (telescope, id);
+CREATE INDEX events_by_telescope ON events (telescope, id);
+"""
+
+
+class StateFile:
+    """One open database; safe to use from several threads, beside other processes.
+
+    Raises
+    ------
+    StateError
+        Here and from every method: the file cannot be read or written; the text says what to do.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self.path = directory / FILE_NAME
+        self._lock = threading.RLock()
+        try:
+            directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as error:
+            text = f"the state directory {directory} cannot be made: {error.strerror}; set [state] path to another"
+            raise StateError(text) from error
+        with self._translated():
+            self._database = sqlite3.connect(self.path, timeout=10.0, isolation_level=None, check_same_thread=False)
+        try:
+            self._prepare()
+        except BaseException:
+            self._database.close()
+            raise
+
+    def close(self) -> None:
+        """Close; closing twice is harmless."""
+        with self._lock:
+            self._database.close()
+
+    def _prepare(self) -> None:
+        self._refuse_foreign()
+        with self._translated():
+            self._database.execute("PRAGMA journal_mode = WAL")
+        with self.transaction(durable=True):
+            if self._pragma("user_version") == 0:
+                for statement in _SCHEMA.split(";\n"):
+                    self.execute(statement)
+                self.execute(f"PRAGMA application_id = {_APPLICATION}")
+                self.execute(f"PRAGMA user_version = {_VERSION}")
+
+    def _refuse_foreign(self) -> None:
+        tables = self.rows("SELECT count(*) FROM sqlite_master")[0][0]
+        application, version = self._pragma("application_id"), self._pragma("user_version")
+        if application != _APPLICATION and (tables or version or application):
+            raise self.unusable("it belongs to another program")
+        if version > _VERSION:
+            text = f"{self.path} is of version {version}, and this Clockdrive knows {_VERSION}: update Clockdrive"
+            raise StateError(text)
+        with self._translated():
+            found = self._database.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if found != "ok":
+            raise self.unusable(str(found).splitlines()[0])
+
+    def _pragma(self, name: str) -> int:
+        return int(self.rows(f"PRAGMA {name}")[0][0])
+
+    def write(self, sql: str, values: Sequence[object], *, durable: bool) -> None:
+        """One statement as a transaction."""
+        with self.transaction(durable=durable):
+            self.execute(sql, values)
+
+    def rows(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
+        """What a query finds."""
+        with self._lock, self._translated():
+            return self._database.execute(sql, values).fetchall()
+
+    def execute(self, sql: str, values: Sequence[object] = ()) -> sqlite3.Cursor:
+        """One statement of a transaction."""
+        with self._translated():
+            return self._database.execute(sql, tuple(values))
+
+    @contextmanager
+    def transaction(self, *, durable: bool) -> Iterator[None]:
+        """All or nothing; when `durable`, on the disk when it ends."""
+        with self._lock:
+            self.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            self.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self._database.execute("ROLLBACK")
+                raise
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        """SQLite's errors as a sentence with the remedy."""
+        try:
+            yield
+        except sqlite3.IntegrityError as error:
+            raise StateError(
+                f"a record for {self.path} is incomplete: {error}; every number in it must be finite"
+            ) from error
+        except sqlite3.ProgrammingError as error:
+            raise StateError(f"the state store {self.path} is closed: open it again") from error
+        except sqlite3.OperationalError as error:
+            text = f"the state store {self.path} cannot be used: {error}; {_remedy(str(error))}"
+            raise StateError(text) from error
+        except sqlite3.DatabaseError as error:
+            raise self.unusable(str(error)) from error
+
+    def unusable(self, why: str) -> StateError:
+        """The error of a file that must be moved away."""
+        return StateError(
+            f"{self.path} is not a state store that can be used: {why}. Move it away (a new one is made; the "
+            "telescope is then unsynchronised until `clockdrive sync`), or set [state] path to another folder"
+        )
+
+
+def _remedy(error: str) -> str:
+    if "full" in error:
+        return "free some space on its disk"
+    if "locked" in error:
+        return "another process has held it for 10 s: end that one"
+    return "check that its folder exists and can be written, or set [state] path to another"
