@@ -5,39 +5,35 @@ function and count agree. Hence the rules of this file:
 
 - A request is sent only on an idle line with nothing left over, and its answer must agree in unit, function,
   byte count and, for writes, echoed address and value. Anything else is passed over while time remains.
-- After a time-out, a wrong answer or a lost connection the line is in doubt: it is closed and opened anew,
-  drained until quiet, and then a marker is read: a request the unit has answered before, and whose answer
-  differs in shape from every answer still missing. A unit answers in order, so when the marker's answer is
-  there no older one can follow. Without a marker the line must stay quiet for a whole time-out.
+- After a time-out, a wrong answer or a lost connection the line is in doubt: it is closed, opened anew and
+  drained until quiet. If the next answer could be mistaken for one still missing, a marker is read first: a
+  request whose answer has another shape than all those missing. A unit answers in order, so when the marker's
+  answer is there no older one can follow. Where there is no marker the line must stay quiet for a whole
+  time-out, and again after the answer.
+- An answer with another frame on its heels is not taken: nothing tells which of them is the answer.
 - Reads are repeated within one deadline. Writes are not: whether one took effect is for the caller to find out.
-
-PDUs are pymodbus's; link, deadlines and checks are here. (Modbus Application Protocol V1.1b3.)
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
-
-from pymodbus.pdu import DecodePDU, ModbusPDU
-from pymodbus.pdu.bit_message import ReadCoilsRequest, ReadDiscreteInputsRequest, WriteSingleCoilRequest
-from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
-    ReadInputRegistersRequest,
-    WriteMultipleRegistersRequest,
-    WriteSingleRegisterRequest,
-)
 
 from transports.ascii_frame import Frame, FrameDecoder, encode_frame
-from transports.errors import ExceptionReply, LinkError, NoAnswer, TransportError, WrongAnswer
+from transports.errors import ExceptionReply, LinkError, NoAnswer, WrongAnswer
 from transports.link import Clock, Link
+from transports.modbus_request import (
+    Request,
+    head_of,
+    read_request,
+    write_coil_request,
+    write_register_request,
+    write_registers_request,
+)
 
 IDLE_S = 0.004  # four characters at 9600 baud: a line silent this long is idle
 QUIET_S = 0.1  # a line just opened must be silent this long
 REOPEN_PAUSE_S = 0.1  # between attempts to open: a unit with one client at a time may still hold the last
 READ_ATTEMPTS = 2
 CHUNK = 4096
-
-_ANSWERS = DecodePDU(is_server=False)
 
 MEANING = {
     1: "illegal function",
@@ -57,23 +53,6 @@ class Answer:
     values: tuple[int, ...]  # register values, or bits as 0 and 1
     sent: float  # POSIX time at which the request's last byte left
     received: float  # POSIX time at which the whole answer was here
-
-
-@dataclass(frozen=True)
-class _Request:
-    """A request with the shape of its answer."""
-
-    text: str
-    pdu: bytes
-    head: bytes  # what the answer's PDU begins with
-    size: int  # how long it is
-    count: int
-
-    def is_answered_by(self, pdu: bytes) -> bool:
-        return len(pdu) == self.size and pdu.startswith(self.head)
-
-    def is_refused_by(self, pdu: bytes) -> bool:
-        return len(pdu) == 2 and pdu[0] == self.pdu[0] | 0x80
 
 
 class ModbusAscii:
@@ -108,11 +87,11 @@ class ModbusAscii:
         self._timeout = timeout_s
         self._deadline = max(deadline_s, timeout_s)
         self._link: Link | None = None
-        self._name = "link"
+        self._name = "link not opened yet"
         self._decoder = FrameDecoder()
-        self._strays: list[Frame] = []  # came behind an answer
         self._missing: set[bytes] = set()  # heads of answers that may still come
-        self._markers: dict[bytes, _Request] = {}  # reads that were answered, by the head of the answer
+        self._answered: dict[bytes, Request] = {}  # reads that can serve as markers, by the head of the answer
+        self._in_step = True  # no older answer can pass for the next
         self._last_heard = float("-inf")
 
     @property
@@ -128,32 +107,31 @@ class ModbusAscii:
         NoAnswer, WrongAnswer, ExceptionReply, LinkError
             After `READ_ATTEMPTS` attempts, or when the deadline has passed. All methods raise these.
         """
-        return self._read(ReadCoilsRequest(address=address, count=count), 2000, "coils")
+        return self._read(read_request("coils", address, count))
 
     def read_discrete_inputs(self, address: int, count: int) -> Answer:
         """Read `count` discrete inputs from `address` on."""
-        return self._read(ReadDiscreteInputsRequest(address=address, count=count), 2000, "discrete inputs")
+        return self._read(read_request("discrete inputs", address, count))
 
     def read_holding_registers(self, address: int, count: int) -> Answer:
         """Read `count` holding registers from `address` on."""
-        return self._read(ReadHoldingRegistersRequest(address=address, count=count), 125, "holding registers")
+        return self._read(read_request("holding registers", address, count))
 
     def read_input_registers(self, address: int, count: int) -> Answer:
         """Read `count` input registers from `address` on."""
-        return self._read(ReadInputRegistersRequest(address=address, count=count), 125, "input registers")
+        return self._read(read_request("input registers", address, count))
 
     def write_coil(self, address: int, value: bool) -> Answer:
         """Write one coil."""
-        return self._write(WriteSingleCoilRequest(address=address, bits=[value]), [int(value)], "coil")
+        return self._write(write_coil_request(address, value), [int(value)])
 
     def write_register(self, address: int, value: int) -> Answer:
         """Write one holding register."""
-        return self._write(WriteSingleRegisterRequest(address=address, registers=[value]), [value], "register")
+        return self._write(write_register_request(address, value), [value])
 
     def write_registers(self, address: int, values: Sequence[int]) -> Answer:
         """Write holding registers from `address` on, in one request."""
-        request = WriteMultipleRegistersRequest(address=address, registers=list(values))
-        return self._write(request, values, "registers")
+        return self._write(write_registers_request(address, values), values)
 
     def close(self) -> None:
         """Close the link; the next request opens it again."""
@@ -161,52 +139,35 @@ class ModbusAscii:
             self._link.close()
             self._link = None
 
-    def _read(self, pdu: ModbusPDU, most: int, noun: str) -> Answer:
-        function, count = pdu.function_code, pdu.count
-        _require_within(f"count of {noun}", count, 1, most)
-        _require_within("address", pdu.address, 0, 0x10000 - count)
-        size = 2 * count if function in (3, 4) else (count + 7) // 8
-        request = _Request(
-            f"read {count} {noun} at {pdu.address:#06x}",
-            bytes((function,)) + pdu.encode(),
-            bytes((function, size)),
-            2 + size,
-            count,
-        )
-        answer = self._ask(request, READ_ATTEMPTS)
-        self._markers[request.head] = request
-        return answer
+    def _read(self, request: Request) -> Answer:
+        pdu, sent = self._ask(request, READ_ATTEMPTS)
+        self._answered[request.head] = request
+        return Answer(request.values(pdu), sent, self._last_heard)
 
-    def _write(self, pdu: ModbusPDU, values: Sequence[int], noun: str) -> Answer:
-        _require_within(f"number of {noun}", len(values), 1, 123)
-        _require_within("address", pdu.address, 0, 0x10000 - len(values))
-        for value in values:
-            _require_within(f"value for {noun} at {pdu.address:#06x}", value, 0, 0xFFFF)
-        raw = bytes((pdu.function_code,)) + pdu.encode()
-        text = f"write {noun} at {pdu.address:#06x}: {', '.join(f'{value:#x}' for value in values)}"
-        answer = self._ask(_Request(text, raw, raw[:5], 5, len(values)), 1)
-        return Answer(tuple(values), answer.sent, answer.received)
+    def _write(self, request: Request, values: Sequence[int]) -> Answer:
+        _, sent = self._ask(request, 1)
+        return Answer(tuple(values), sent, self._last_heard)
 
-    def _ask(self, request: _Request, attempts: int) -> Answer:
-        """Return the answer, asking up to `attempts` times within the deadline."""
+    def _ask(self, request: Request, attempts: int) -> tuple[bytes, float]:
+        """Return the answer's PDU and when the request was sent, asking again while attempts and time remain."""
         latest = self._clock.now() + self._deadline - self._timeout  # the last moment to send a request
         while True:
             attempts -= 1
             try:
-                return self._converse(self._link_in_step(latest), request)
+                return self._converse(self._link_in_step(request, latest), request)
             except (NoAnswer, WrongAnswer, LinkError):
                 if not attempts or self._clock.now() >= latest:
                     raise
 
-    def _link_in_step(self, latest: float) -> Link:
-        """Return the link, open, idle and with no answer missing."""
+    def _link_in_step(self, request: Request, latest: float) -> Link:
+        """Return the link, open and idle, on which no answer but its own can pass for that of `request`."""
         if self._link is not None and not self._is_clear(self._link, latest):
-            self._doubt()
+            self.close()
         while self._link is None:
             try:
                 self._link = self._open()
                 self._name = self._link.name
-                self._settle(self._link, latest)
+                self._settle(self._link, request, latest)
             except LinkError as error:
                 self.close()
                 if self._clock.now() + REOPEN_PAUSE_S > latest:
@@ -219,12 +180,26 @@ class ModbusAscii:
 
     def _is_clear(self, link: Link, latest: float) -> bool:
         """Whether nothing but noise was left on the line."""
-        idle_since = self._clock.now() - self._last_heard
+        silence = self._clock.now() - self._last_heard
         try:
-            self._strays += self._drain(link, min(max(IDLE_S - idle_since, 0.0), IDLE_S), latest)
+            strays = self._drain(link, min(max(IDLE_S - silence, 0.0), IDLE_S), latest)
         except LinkError:
             return False
-        return not self._strays and not self._decoder.begun
+        self._missing.update(head_of(frame.pdu) for frame in strays)
+        return not strays and not self._decoder.begun
+
+    def _settle(self, link: Link, request: Request, latest: float) -> None:
+        """Bring a link just opened in step."""
+        markers = [request, *self._answered.values(), *([request.narrowed] if request.narrowed else [])]
+        marker = next((marker for marker in markers if marker.head not in self._missing), None)
+        self._decoder = FrameDecoder()
+        self._drain(link, QUIET_S if marker else self._timeout, latest)
+        self._decoder = FrameDecoder()
+        self._in_step = marker is not None
+        if marker is None:
+            self._missing.clear()
+        elif marker is not request:
+            self._converse(link, marker, is_marker=True)
 
     def _drain(self, link: Link, quiet_s: float, latest: float) -> list[Frame]:
         """Read until nothing came for `quiet_s`; return the frames that came."""
@@ -235,25 +210,18 @@ class ModbusAscii:
                 raise LinkError(f"{link.name}: the line does not fall silent; check cable, baud rate and earth")
         return frames
 
-    def _settle(self, link: Link, latest: float) -> None:
-        """Bring a link just opened in step: nothing missing may come any more."""
-        self._decoder = FrameDecoder()
-        marker = next((self._markers[head] for head in self._markers if head not in self._missing), None)
-        self._drain(link, QUIET_S if marker or not self._missing else self._timeout, latest)
-        self._decoder = FrameDecoder()
-        if marker and self._missing:
-            self._converse(link, marker, refusable=False)
-        self._missing.clear()
-
-    def _converse(self, link: Link, request: _Request, *, refusable: bool = True) -> Answer:
+    def _converse(self, link: Link, request: Request, *, is_marker: bool = False) -> tuple[bytes, float]:
         """Send the request and wait for its answer; anything but an answer leaves the line in doubt."""
+        refusable = not is_marker and all(head[0] != request.pdu[0] for head in self._missing)
         try:
             sent = link.write(encode_frame(self._unit, request.pdu))
-            pdu = self._await(link, request, sent + self._timeout, refusable=refusable)
+            pdu, followers = self._await(link, request, sent + self._timeout, refusable=refusable)
+            self._require_alone(link, request, followers)
         except (NoAnswer, WrongAnswer, LinkError):
             self._missing.add(request.head)
-            self._doubt()
+            self.close()
             raise
+        self._missing.clear()
         if request.is_refused_by(pdu):
             code = pdu[1]
             raise ExceptionReply(
@@ -261,10 +229,10 @@ class ModbusAscii:
                 f"exception {code}, {MEANING.get(code, 'unknown')}",
                 code,
             )
-        return Answer(_values(request, pdu), sent, self._last_heard)
+        return pdu, sent
 
-    def _await(self, link: Link, request: _Request, until: float, *, refusable: bool) -> bytes:
-        """Return the PDU that answers `request`, or refuses it."""
+    def _await(self, link: Link, request: Request, until: float, *, refusable: bool) -> tuple[bytes, list[Frame]]:
+        """Return the PDU that answers `request`, or refuses it, and the frames that came right behind."""
         wrong: Frame | None = None
         while (left := until - self._clock.now()) > 0.0:
             frames = self._decoder.feed(link.read(CHUNK, left))
@@ -273,31 +241,26 @@ class ModbusAscii:
                 if frame.unit == self._unit and (
                     request.is_answered_by(frame.pdu) or (refusable and request.is_refused_by(frame.pdu))
                 ):
-                    self._strays = frames[place:]
-                    return frame.pdu
+                    return frame.pdu, frames[place:]
                 wrong = frame
         if wrong:
             raise WrongAnswer(
-                f"{self._name}: asked unit {self._unit} to {request.text}, "
-                f"answered by unit {wrong.unit} with {wrong.pdu.hex(' ')}; check that no other program uses the unit"
+                f"{self._name}: asked unit {self._unit} to {request.text}, answered by unit {wrong.unit} with "
+                f"{wrong.pdu.hex(' ')}; check that no other program uses the unit"
             )
         raise NoAnswer(
             f"{self._name}: unit {self._unit} did not answer within {self._timeout:g} s to: {request.text}; "
             "check power, cable, address and baud rate"
         )
 
-    def _doubt(self) -> None:
-        """Give the line up; the next request opens it anew and brings it in step."""
-        self._missing.update(frame.pdu[:2] for frame in self._strays)
-        self._strays = []
-        self.close()
-
-
-def _values(request: _Request, pdu: bytes) -> tuple[int, ...]:
-    answer = cast("ModbusPDU", _ANSWERS.decode(pdu))
-    return tuple(map(int, answer.registers or answer.bits))[: request.count]
-
-
-def _require_within(what: str, value: int, least: int, most: int) -> None:
-    if not least <= value <= most:
-        raise TransportError(f"{what} {value} is not within {least} to {most}")
+    def _require_alone(self, link: Link, request: Request, followers: list[Frame]) -> None:
+        """Refuse an answer that others follow; out of step, wait for them as long as for an answer."""
+        if not self._in_step:
+            self._in_step = True
+            followers = followers + self._drain(link, self._timeout, self._clock.now() + self._timeout)
+        if followers:
+            self._missing.update(head_of(frame.pdu) for frame in followers)
+            raise WrongAnswer(
+                f"{self._name}: unit {self._unit} answered {1 + len(followers)} times to: {request.text}; "
+                "check that no other program uses the unit"
+            )

@@ -120,8 +120,6 @@ def test_refuses_with_the_exception_code(request_pdu, code):
     assert ModbusSlave(Bank()).answer(pdu) == bytes((pdu[0] | 0x80, code))
 
 
-@pytest.mark.parametrize(
-    "frame", [encode_frame(1, b"\x03\0\0\0\1"), b":FF0300500002AD\r\n", b":FF\r\n", b"\r\n"]
-)
+@pytest.mark.parametrize("frame", [encode_frame(1, b"\x03\0\0\0\1"), b":FF0300500002AD\r\n", b":FF\r\n", b"\r\n"])
 def test_is_silent_to_other_units_and_bad_frames(frame):
     assert ModbusSlave(Wide()).receive(frame) == b""
