@@ -1,9 +1,9 @@
 """How the Earth is turned: UT1 − UTC and the pole, from the bundled IERS table finals2000A.
 
 The table has one row of fixed width a day, so a day's two rows are read by their place in the file, not by reading
-the file. Bulletin B's values are taken where they are present, else Bulletin A's, which end in a year of
-predictions. Outside the table the nearest value holds and the note says how wrong it may be: never a refusal. The possible error of
-UT1 after d days, 0.00025·d^0.75 s, is the IERS's own (Bulletin A); |UT1 − UTC| never exceeds 0.9 s.
+the file. Bulletin B's values are taken where they are present, else Bulletin A's, which end in a year of predictions.
+Outside the table the nearest value holds and the note says how wrong it may be: never a refusal. The possible error
+of UT1 after d days, 0.00025·d^0.75 s, is the IERS's own (Bulletin A); |UT1 − UTC| never exceeds 0.9 s.
 """
 
 import math

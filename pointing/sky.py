@@ -2,9 +2,9 @@
 
 `Sky(site).at(instant)` gives a `SkyFrame`, which holds all that depends on time and place; its `observe` takes a
 direction through light deflection by the Sun, aberration, precession-nutation, Earth rotation and refraction. ERFA's
-`apco`, `atciqz` and `atioq` are the authority: the same formulas, with Earth and pole from `ephemeris`, and with
-the chain of rotations multiplied out once a frame. Astrometric directions are unit vectors of the ICRS axes, observed ones
-of the horizon frame (x south, y east, z zenith). Plain floats throughout: this is the planner's hot path.
+`apco`, `atciqz` and `atioq` are the authority: the same formulas, with Earth and pole from `ephemeris`, and the chain
+of rotations multiplied out once a frame. Astrometric directions are unit vectors of the ICRS axes, observed ones of
+the horizon frame (x south, y east, z zenith). Plain floats throughout: this is the planner's hot path.
 """
 
 import math
