@@ -24,11 +24,10 @@ def main() -> int:
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            encoding="utf-8",
             check=False,
             timeout=300,
         )
-    text = picture(run.stdout)
+    text = picture(run.stdout.decode("utf-8"))  # bytes until here: text mode would lose the carriage returns
     print(text)
     if run.returncode == 0:
         write_section(CHECKOUT / "README.md", "picture", f"```text\n$ clockdrive {' '.join(ARGUMENTS)}\n{text}\n```")
