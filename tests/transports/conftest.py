@@ -1,5 +1,7 @@
 """Clocks and units for the tests of the wire."""
 
+import time
+
 import pytest
 
 from transports.modbus_slave import ModbusSlave
@@ -71,3 +73,18 @@ def clock():
 @pytest.fixture
 def unit():
     return Unit(CountingBank())
+
+
+class RealClock:
+    """The computer's."""
+
+    def now(self):
+        return time.time()
+
+    def sleep(self, seconds):
+        time.sleep(seconds)
+
+
+@pytest.fixture
+def real_clock():
+    return RealClock()

@@ -109,7 +109,9 @@ def test_what_cannot_be_asked_is_refused_with_its_bounds_before_anything_is_sent
 def test_silence_is_told_within_the_deadline(clock):
     unit = Saying()
     start = clock.now()
-    with pytest.raises(NoAnswer, match=r"sim:: unit 255 did not answer within 0.5 s to: read . holding registers at 0x0050"):
+    with pytest.raises(
+        NoAnswer, match=r"sim:: unit 255 did not answer within 0.5 s to: read . holding registers at 0x0050"
+    ):
         master(unit, clock).read_holding_registers(0x50, 2)
     assert len(unit.requests) == 2
     assert clock.now() - start <= 2.0
