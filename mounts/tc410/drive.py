@@ -10,7 +10,7 @@ the position is unsynchronised until `sync`.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
@@ -51,12 +51,21 @@ class TC410:
         What the configuration says.
     memory : Mapping
         What `memory` gave when this unit was last driven; empty for a unit never seen.
+    remember : callable
+        Keeps `memory`; called before a register that the next start must know of is written.
     """
 
-    def __init__(self, modbus: ModbusAscii, settings: TC410Settings, memory: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        modbus: ModbusAscii,
+        settings: TC410Settings,
+        memory: Mapping[str, object],
+        remember: Callable[[Mapping[str, object]], None] = lambda memory: None,  # noqa: ARG005 - a test need not
+    ) -> None:
         self._unit = Unit(modbus, settings.baud)
         self._settings = settings
         self._memory = dict(memory)
+        self._remember = remember
         stored = memory.get("learnt")
         self._learnt = Learnt.from_json(stored if isinstance(stored, Mapping) else {})
         self._unsynchronised = str(memory.get("unsynchronised", _NEVER))
@@ -109,7 +118,6 @@ class TC410:
     def memory(self) -> Mapping[str, object]:
         """Position, boot cookie, registers to restore, and all that has been learnt."""
         return self._memory | {
-            "cookie": self._cookie,
             "learnt": self._learnt.as_json(),
             "unsynchronised": self._unsynchronised,
             "uncertainty_counts": self._uncertainty,
@@ -155,8 +163,8 @@ class TC410:
 
     def _judge_position(self, time: float) -> None:
         """Compare the unit with what was last known of it."""
-        last, cookie = self._memory.get("position"), self._memory.get("cookie")
-        if self._unsynchronised or not isinstance(last, list):
+        last, cookies = self._memory.get("position"), self._memory.get("cookies")
+        if self._unsynchronised or not isinstance(last, list) or not isinstance(cookies, list):
             return
         values = self._position(1), self._position(2)
         if cookie != [
@@ -342,13 +350,18 @@ class TC410:
             if slew.max_rate is not None and slew.max_rate < model.max_rate:
                 name = f"axis{axis}_max_speed"
                 self._lowered[name] = model.max_velocity
+                self._remember(self.memory)
                 self._unit.write(name, slew.max_rate / COUNTS_PER_SECOND)
 
     def _write_targets(self, targets: Sequence[int]) -> None:
+        """Write both, and have them remembered first: a host that dies in between leaves either in the unit."""
+        before = self._cookie or [[], []]
         self._cookie = [
             list(of_axis(axis, "target_position").encode(target, self._unit.position_format))
             for axis, target in zip(_AXES, targets, strict=True)
         ]
+        self._memory["cookies"] = [list(pair) for pair in zip(before, self._cookie, strict=True)]
+        self._remember(self.memory)
         for axis, target in zip(_AXES, targets, strict=True):
             self._unit.write(f"axis{axis}_target_position", target)
 

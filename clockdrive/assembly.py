@@ -1,0 +1,124 @@
+"""From the configuration to the parts of a telescope: sky, mount, axes, limits, drive.
+
+What this version cannot apply is refused here with a sentence, never left out silently.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from clockdrive.errors import ConfigurationError
+from clockdrive.tc410_assembly import gearings, settings
+from pointing.limits import Horizon, Limits
+from pointing.mount import Mount, MountType
+from pointing.plan import Axis
+from pointing.planner import Planner
+from pointing.site import Site, Weather
+from pointing.sky import Sky
+
+if TYPE_CHECKING:
+    from mounts.drive import Drive
+    from transports.link import Clock
+    from transports.memory import Device
+
+_MAS = math.pi / 648_000_000.0
+
+
+def planner(configuration: Configuration) -> Planner:
+    """Everything that plans; nothing is contacted.
+
+    Raises
+    ------
+    ConfigurationError
+        The configuration asks for what this version does not do.
+    """
+    _refuse_what_is_not_there(configuration)
+    site = configuration.site
+    mount = configuration.mount
+    kind = MountType.from_text(mount.type)
+    place = Site.from_degrees(
+        site.latitude_deg, site.longitude_deg, site.height_m, weather=_weather(configuration), name=site.name
+    )
+    gears = gearings(configuration)
+    axes = tuple(
+        Axis(f"axis{i + 1}", gears[i], math.radians(section.min_deg), math.radians(section.max_deg))
+        for i, section in enumerate(configuration.axes)
+    )
+    return Planner(
+        Sky(place),
+        Mount(kind, place.latitude, mount.mount_x_mas * _MAS, mount.mount_y_mas * _MAS),
+        (axes[0], axes[1]),
+        _limits(configuration),
+        math.radians(configuration.limits.hour_angle_past_meridian_deg),
+    )
+
+
+def drive(
+    configuration: Configuration,
+    clock: "Clock",
+    device: "Device | None",
+    memory: Mapping[str, object],
+    remember: Callable[[Mapping[str, object]], None],
+) -> "Drive":
+    """Make the drive of a configuration, not yet connected.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Which drive, and where.
+    clock : Clock
+        Stamps the link's times.
+    device : Device or None
+        The embedded simulator, for the link `sim:`.
+    memory : Mapping
+        What the drive asked to be given back.
+    remember : callable
+        Keeps such a memory.
+    """
+    from mounts.tc410.drive import TC410  # noqa: PLC0415 - a plan alone needs no drive, and starts without it
+    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
+    from transports.modbus_ascii import ModbusAscii  # noqa: PLC0415 - likewise
+    from transports.open_link import open_link  # noqa: PLC0415 - likewise
+
+    simulator = configuration.simulator
+    if device is not None:
+        baud = simulator.baud or None
+        modbus = ModbusAscii(lambda: MemoryLink(device, clock, latency_s=simulator.latency_s, baud=baud), clock)
+    else:
+        url = configuration.drive.link
+        modbus = ModbusAscii(lambda: open_link(url, clock), clock)
+    return TC410(modbus, settings(configuration), memory, remember)
+
+
+def _refuse_what_is_not_there(configuration: Configuration) -> None:
+    problems = []
+    kind = configuration.drive.kind
+    if kind != "tc410":
+        problems.append(
+            f'[drive] kind = "{kind}": this version drives the tc410 only; its keys are checked all the same'
+        )
+    if configuration.mount.pointing_model is not None:
+        problems.append(
+            "[mount] pointing_model: this version applies mount_x_mas and mount_y_mas only; leave the key out"
+        )
+    if configuration.mount.flip == "auto":
+        problems.append('[mount] flip = "auto": this version flips on no account by itself; use "command"')
+    if configuration.weather.source is not None:
+        problems.append("[site.weather] source: this version takes fixed values only; give pressure and temperature")
+    for name, origin in configuration.instruments.items():
+        if origin.x_arcsec or origin.y_arcsec:
+            problems.append(f"[instruments.{name}]: this version points with the optical axis only; set both to 0")
+    if problems:
+        raise ConfigurationError(configuration.source, problems)
+
+
+def _weather(configuration: Configuration) -> Weather:
+    air = configuration.weather
+    return Weather(air.refraction, air.pressure_hpa, air.temperature_c, air.relative_humidity, air.wavelength_um)
+
+
+def _limits(configuration: Configuration) -> Limits:
+    limits = configuration.limits
+    horizon = Horizon.level(limits.horizon_deg) if limits.horizon is None else Horizon.read(limits.horizon)
+    return Limits(horizon, math.radians(limits.sun_avoidance_deg))

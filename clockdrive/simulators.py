@@ -1,0 +1,36 @@
+"""The drive simulators, made from a configuration: embedded for the link `sim:`, or hosted for others."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+
+from clockdrive.configuration import Configuration
+from clockdrive.tc410_assembly import park_counts, registers
+from mounts.tc410.simulator import SimulatedTC410
+from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
+
+
+def tc410(configuration: Configuration, time: float, snapshot: Mapping[str, object] | None) -> SimulatedTC410:
+    """A simulated TC410, as it was left or new at its park position."""
+    section = configuration.simulator
+    known = {field.name for field in fields(SimulatorSettings)}
+    unit = SimulatedTC410(
+        SimulatorSettings(**{name: value for name, value in vars(section).items() if name in known}),
+        time,
+        (_hardware(configuration, 0), _hardware(configuration, 1)),
+        dict(registers(configuration)),
+        park_counts(configuration),
+    )
+    if snapshot is not None:
+        unit.restore(snapshot)
+        unit.advance(time)
+    return unit
+
+
+def _hardware(configuration: Configuration, index: int) -> AxisHardware:
+    section = configuration.axes[index]
+    return AxisHardware(
+        motor_steps=section.motor_steps,
+        main_gear=section.main_gear,
+        secondary_gear=section.secondary_gear,
+        drive_type=section.drive_type,
+    )

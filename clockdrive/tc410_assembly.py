@@ -1,0 +1,204 @@
+"""What a configuration means for a TC410: the driver's settings and registers.
+
+One table joins the keys that the unit can hold itself to its registers; it is read both ways.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES
+from mounts.tc410.settings import AxisSettings, TC410Settings
+from pointing.gearing import Gearing
+from pointing.mount import MountType
+
+if TYPE_CHECKING:
+    from mounts.tc410.unit import Unit
+
+_MAS_PER_DEGREE = 3.6e6
+_TURN_MAS = 360.0 * _MAS_PER_DEGREE
+_LAST_COUNT = 2**24 - 1
+_DEFAULT_BAUD = 9600
+
+
+def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
+    """How the axes of a configuration turn counts into angle."""
+    one, two = (
+        Gearing.of_motor(
+            section.motor_steps,
+            section.main_gear,
+            section.secondary_gear,
+            section.counts_per_step,
+            centre_counts=CENTRE,
+            centre_deg=section.centre_deg,
+            reversed=section.reversed,
+        )
+        for section in configuration.axes
+    )
+    return one, two
+
+
+def settings(configuration: Configuration) -> TC410Settings:
+    """What the driver must know."""
+
+    def axis(index: int) -> AxisSettings:
+        section, gearing = configuration.axes[index], gearings(configuration)[index]
+        ends = sorted(gearing.counts(math.radians(angle)) for angle in (section.min_deg, section.max_deg))
+        return AxisSettings(
+            gearing=gearing,
+            lowest_counts=max(0, math.ceil(ends[0])),
+            highest_counts=min(_LAST_COUNT, math.floor(ends[1])),
+            counts_per_step=section.counts_per_step,
+            expected=tuple(
+                (name.removeprefix(f"axis{index + 1}_"), value)
+                for name, value in _named(configuration)
+                if name.startswith(f"axis{index + 1}_")
+            ),
+        )
+
+    return TC410Settings(
+        axes=(axis(0), axis(1)),
+        position_format=configuration.drive.position_format,
+        slew_idle=configuration.drive.slew_idle,
+        baud=_baud(configuration),
+        expected=tuple((name, value) for name, value in _named(configuration) if not name.startswith("axis")),
+    )
+
+
+def park_counts(configuration: Configuration) -> tuple[int, int]:
+    """Where the axes stand when parked."""
+    one, two = (
+        round(gearing.counts(math.radians(section.park_deg)))
+        for gearing, section in zip(gearings(configuration), configuration.axes, strict=True)
+    )
+    return one, two
+
+
+def registers(configuration: Configuration) -> dict[str, float]:
+    """Every register value that the configuration, defaults included, asks for."""
+    return {key.register: key.to_register(configuration) for key in _KEYS}
+
+
+def keys_from(unit: "Unit") -> dict[str, object]:
+    """Read what the unit's own registers say of the configuration, by dotted key; zeros were never set."""
+    found: dict[str, float] = {}
+    found |= unit.read("latitude", "longitude").values | unit.read("mount_type").values
+    found |= unit.read("mount_x", "mount_y").values
+    for axis in (1, 2):
+        found |= unit.read(f"axis{axis}_drive_type").values
+        found |= unit.read(f"axis{axis}_acceleration", f"axis{axis}_encoder_zero").values
+        found |= unit.read(f"axis{axis}_motor_steps", f"axis{axis}_secondary_gear_divisor").values
+    return _site_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+
+
+@dataclass(frozen=True)
+class _Key:
+    """A configuration key and the register that holds it."""
+
+    dotted: str
+    register: str
+    to_register: Callable[[Configuration], float]
+
+
+def _general_keys() -> Sequence[_Key]:
+    return (
+        _Key("site.latitude_deg", "latitude", lambda c: c.site.latitude_deg * _MAS_PER_DEGREE),
+        _Key("site.longitude_deg", "longitude", lambda c: _signed_mas(c.site.longitude_deg)),
+        _Key("mount.type", "mount_type", lambda c: MountType.from_text(c.mount.type).value),
+        _Key("mount.mount_x_mas", "mount_x", lambda c: c.mount.mount_x_mas),
+        _Key("mount.mount_y_mas", "mount_y", lambda c: c.mount.mount_y_mas),
+        _Key("drive.joystick_mode", "joystick_mode", lambda c: c.drive.joystick_mode),
+        _Key("drive.autoguider_mode", "autoguider_mode", lambda c: c.drive.autoguider_mode),
+        _Key("drive.fan_start_c", "fan_start_temperature", lambda c: c.drive.fan_start_c),
+        _Key("drive.fan_stop_c", "fan_stop_temperature", lambda c: c.drive.fan_stop_c),
+    )
+
+
+def _axis_keys_of(i: int) -> Sequence[_Key]:
+    def key(name: str, register: str, value: Callable[[Configuration], float]) -> _Key:
+        return _Key(f"axis{i + 1}.{name}", f"axis{i + 1}_{register}", value)
+
+    return (
+        key("motor_steps", "motor_steps", lambda c: c.axes[i].motor_steps),
+        key("main_gear", "main_gear_multiplier", lambda c: c.axes[i].main_gear.numerator),
+        key("main_gear", "main_gear_divisor", lambda c: c.axes[i].main_gear.denominator),
+        key("secondary_gear", "secondary_gear_multiplier", lambda c: c.axes[i].secondary_gear.numerator),
+        key("secondary_gear", "secondary_gear_divisor", lambda c: c.axes[i].secondary_gear.denominator),
+        key("acceleration_register", "acceleration", lambda c: c.axes[i].acceleration_register),
+        key("deceleration_register", "deceleration", lambda c: c.axes[i].deceleration_register),
+        key("max_speed_deg_s", "max_speed", lambda c: _speed(c, i)),
+        key("motor_current_a", "motor_current", lambda c: c.axes[i].motor_current_a),
+        key("encoder_zero", "encoder_zero", lambda c: c.axes[i].encoder_zero),
+        key("park_deg", "park", lambda c: park_counts(c)[i]),
+    )
+
+
+_KEYS = (*_general_keys(), *_axis_keys_of(0), *_axis_keys_of(1))
+
+
+def _named(configuration: Configuration) -> list[tuple[str, float]]:
+    """Return the registers that somebody has configured, rather than left to the unit or to a default."""
+    return [
+        (key.register, key.to_register(configuration))
+        for key in _KEYS
+        if configuration.origins[key.dotted] not in {"default", "unit"}
+    ]
+
+
+def _speed(configuration: Configuration, index: int) -> float:
+    gearing = gearings(configuration)[index]
+    return configuration.axes[index].max_speed_deg_s / gearing.step_deg_float / COUNTS_PER_SECOND
+
+
+def _signed_mas(longitude_deg: float) -> float:
+    return (longitude_deg * _MAS_PER_DEGREE + _TURN_MAS / 2.0) % _TURN_MAS - _TURN_MAS / 2.0
+
+
+def _site_keys(found: Mapping[str, float]) -> dict[str, object]:
+    keys: dict[str, object] = {"mount.mount_x_mas": int(found["mount_x"]), "mount.mount_y_mas": int(found["mount_y"])}
+    if found["latitude"] or found["longitude"]:
+        keys["site.latitude_deg"] = found["latitude"] / _MAS_PER_DEGREE
+        keys["site.longitude_deg"] = found["longitude"] / _MAS_PER_DEGREE
+    if found["mount_type"] in {kind.value for kind in MountType}:
+        keys["mount.type"] = MountType(int(found["mount_type"])).text
+    return keys
+
+
+def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
+    def of(name: str) -> int:
+        return int(found[f"axis{axis}_{name}"])
+
+    keys: dict[str, object] = {
+        "acceleration_register": of("acceleration"),
+        "deceleration_register": of("deceleration"),
+        "motor_current_a": found[f"axis{axis}_motor_current"],
+        "encoder_zero": of("encoder_zero"),
+    }
+    kind = DRIVE_TYPES.get(of("drive_type"), "none").lower()
+    if kind != "none":
+        keys["drive_type"] = kind
+    gears = {name: (of(f"{name}_multiplier"), of(f"{name}_divisor")) for name in ("main_gear", "secondary_gear")}
+    if of("motor_steps") and all(multiplier and divisor for multiplier, divisor in gears.values()):
+        keys["motor_steps"] = of("motor_steps")
+        keys |= {name: f"{multiplier}/{divisor}" for name, (multiplier, divisor) in gears.items()}
+        if kind != "none":
+            step = Fraction(360, of("motor_steps"))
+            for multiplier, divisor in gears.values():
+                step *= Fraction(multiplier, divisor)
+            per_count = float(step) / {"gecko": 10, "ims": 16}[kind]
+            keys["max_speed_deg_s"] = found[f"axis{axis}_max_speed"] * COUNTS_PER_SECOND * per_count
+    return {f"axis{axis}.{name}": value for name, value in keys.items()}
+
+
+def _baud(configuration: Configuration) -> int | None:
+    """Return the speed of the line, where it is a serial one."""
+    link = configuration.drive.link
+    if configuration.simulated:
+        return configuration.simulator.baud or None
+    if link.startswith("tcp:"):
+        return None
+    _, _, options = link.partition("baud=")
+    return int(options) if options else _DEFAULT_BAUD

@@ -1,0 +1,81 @@
+"""A target seen a little east and north of where it is: what a person's offsets ask for."""
+
+import math
+from dataclasses import dataclass, replace
+
+from pointing.sky import SkyFrame
+from pointing.targets import Target
+from pointing.vectors import Vector
+
+
+@dataclass(frozen=True)
+class OffsetTarget:
+    """`base`, displaced on the observed sky.
+
+    Parameters
+    ----------
+    base : Target
+        What is displaced.
+    east, north : float
+        Radians along the directions of increasing right ascension and declination at the target; together they are
+        the great-circle distance and its direction.
+    """
+
+    base: Target
+    east: float
+    north: float
+
+    @property
+    def name(self) -> str:
+        """The name of what is displaced."""
+        return self.base.name
+
+    def moved(self, east: float, north: float) -> "OffsetTarget":
+        """Displace further."""
+        return replace(self, east=self.east + east, north=self.north + north)
+
+    def observed(self, frame: SkyFrame) -> Vector:
+        """Return the observed direction in the horizon frame."""
+        return self.observed_with_rate(frame)[0]
+
+    def observed_with_rate(self, frame: SkyFrame) -> tuple[Vector, Vector]:
+        """Return the observed direction and its derivative per second.
+
+        With p the pole, ê = p × v / |p × v| points east and n̂ = v × ê north; the displaced direction is
+        v cos r + (east ê + north n̂) sin r / r.
+        """
+        v, rate = self.base.observed_with_rate(frame)
+        distance = math.hypot(self.east, self.north)
+        if distance == 0.0:
+            return v, rate
+        latitude = frame.sky.site.latitude
+        pole = (-math.cos(latitude), 0.0, math.sin(latitude))
+        across, across_rate = _cross(pole, v), _cross(pole, rate)
+        size = math.hypot(*across) or 1e-300
+        east = _scaled(across, 1.0 / size)
+        east_rate = _scaled(_sum(across_rate, _scaled(east, -_dot(east, across_rate))), 1.0 / size)
+        north = _cross(v, east)
+        north_rate = _sum(_cross(rate, east), _cross(v, east_rate))
+        cos, sinc = math.cos(distance), math.sin(distance) / distance
+        return (
+            _sum(_scaled(v, cos), _sum(_scaled(east, self.east * sinc), _scaled(north, self.north * sinc))),
+            _sum(
+                _scaled(rate, cos), _sum(_scaled(east_rate, self.east * sinc), _scaled(north_rate, self.north * sinc))
+            ),
+        )
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _scaled(a: Vector, by: float) -> Vector:
+    return a[0] * by, a[1] * by, a[2] * by
