@@ -84,13 +84,15 @@ def registers(configuration: Configuration) -> dict[str, float]:
 
 def keys_from(unit: "Unit") -> dict[str, object]:
     """Read what the unit's own registers say of the configuration, by dotted key; zeros were never set."""
-    found: dict[str, float] = {}
-    found |= unit.read("latitude", "longitude").values | unit.read("mount_type").values
-    found |= unit.read("mount_x", "mount_y").values
+    blocks = [("latitude", "longitude"), ("mount_type", "mount_type"), ("mount_x", "mount_y")]
     for axis in (1, 2):
-        found |= unit.read(f"axis{axis}_drive_type").values
-        found |= unit.read(f"axis{axis}_acceleration", f"axis{axis}_encoder_zero").values
-        found |= unit.read(f"axis{axis}_motor_steps", f"axis{axis}_secondary_gear_divisor").values
+        for first, last in (
+            ("drive_type", "drive_type"),
+            ("acceleration", "encoder_zero"),
+            ("motor_steps", "secondary_gear_divisor"),
+        ):
+            blocks.append((f"axis{axis}_{first}", f"axis{axis}_{last}"))
+    found = {name: value for block in blocks for name, value in unit.read(*block).values.items()}
     return _site_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
 
 

@@ -167,9 +167,7 @@ class TC410:
         if self._unsynchronised or not isinstance(last, list) or not isinstance(cookies, list):
             return
         values = self._position(1), self._position(2)
-        if cookie != [
-            list(value.words[f"axis{axis}_target_position"]) for axis, value in zip(_AXES, values, strict=True)
-        ]:
+        if not all(words in kept for words, kept in zip(_targets_in(values), cookies, strict=True)):
             self._lose(_LOST)
             return
         elapsed = max(0.0, time - float(self._memory["time"]))  # type: ignore[arg-type]
