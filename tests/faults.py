@@ -82,7 +82,7 @@ class FaultMachine:
         return pieces
 
     def _split(self, answer: bytes, pause_s: float) -> list[Piece]:
-        place = self._chance.randrange(len(answer))
+        place = self._chance.randrange(1, max(2, len(answer)))
         return [Piece(0.0, answer[:place]), Piece(pause_s, answer[place:])]
 
     def _garbled(self, answer: bytes) -> bytes:
