@@ -235,7 +235,10 @@ class ModbusAscii:
         """Return the PDU that answers `request`, or refuses it, and the frames that came right behind."""
         wrong: Frame | None = None
         while (left := until - self._clock.now()) > 0.0:
-            frames = self._decoder.feed(link.read(CHUNK, left))
+            data = link.read(CHUNK, min(left, self._timeout))  # a clock set back must not make it longer
+            if not data:
+                break
+            frames = self._decoder.feed(data)
             self._last_heard = self._clock.now()
             for place, frame in enumerate(frames, start=1):
                 if frame.unit == self._unit and (

@@ -117,6 +117,24 @@ def test_silence_is_told_within_the_deadline(clock):
     assert clock.now() - start <= 2.0
 
 
+def test_a_clock_set_back_makes_no_call_longer(clock):
+    waited = []
+
+    class SetBack:
+        def receive(self, _data, _t):
+            clock.time -= 3600.0
+            return b""
+
+    def sleep(seconds):
+        waited.append(seconds)
+        clock.time += seconds
+
+    clock.sleep = sleep
+    with pytest.raises(NoAnswer):
+        master(SetBack(), clock).read_holding_registers(0x50, 2)
+    assert sum(waited) <= 2.0
+
+
 def test_a_write_is_sent_once(clock):
     unit = Saying()
     with pytest.raises(NoAnswer, match="write register at 0x0070: 0x1"):
@@ -166,11 +184,17 @@ def test_no_fault_makes_a_wrong_value(clock, unit, fault, outlives, baud):
 
 
 @pytest.mark.campaign
+@pytest.mark.parametrize("outlives", [False, True], ids=["new link", "same line"])
 @pytest.mark.parametrize("rate", [0.02, 0.2])
-def test_no_mixture_of_faults_makes_a_wrong_value(clock, unit, rate):
+def test_no_mixture_of_faults_makes_a_wrong_value(clock, unit, rate, outlives):
     machine = FaultMachine(by_chance(3, rate), 4, delay_s=0.65)
-    modbus = ModbusAscii(lambda: FaultyLink(MemoryLink(unit, clock, baud=9600), clock, machine), clock)
-    counts = converse(modbus, unit, CALLS)
+    line = FaultyLink(MemoryLink(unit, clock, baud=9600), clock, machine)
+    line.close = lambda: None
+
+    def open_link():
+        return line if outlives else FaultyLink(MemoryLink(unit, clock, baud=9600), clock, machine)
+
+    counts = converse(ModbusAscii(open_link, clock), unit, CALLS)
     print(f"{CALLS} calls, {sum(machine.happened.values())} faults: {dict(counts)}")
     assert counts["answered"] > CALLS * (1.0 - 2.0 * rate)
 

@@ -1,6 +1,8 @@
 """The answering side, byte for byte."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from transports.ascii_frame import encode_frame
 from transports.modbus_slave import IllegalAddress, IllegalValue, ModbusSlave
@@ -123,3 +125,16 @@ def test_refuses_with_the_exception_code(request_pdu, code):
 @pytest.mark.parametrize("frame", [encode_frame(1, b"\x03\0\0\0\1"), b":FF0300500002AD\r\n", b":FF\r\n", b"\r\n"])
 def test_is_silent_to_other_units_and_bad_frames(frame):
     assert ModbusSlave(Wide()).receive(frame) == b""
+
+
+@given(st.integers(0, 127), st.binary(max_size=252))
+def test_answers_every_request_there_is(function, body):
+    answer = ModbusSlave(Bank()).answer(bytes((function,)) + body)
+    assert answer[0] in (function, function | 0x80)
+
+
+@given(st.binary(max_size=300))
+def test_takes_any_bytes(data):
+    slave = ModbusSlave(Wide())
+    slave.receive(data)
+    assert slave.receive(b":FF0300500002AC\r\n") == b":FF0304008000007A\r\n"
