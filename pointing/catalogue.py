@@ -1,7 +1,7 @@
 """From a name to a target: IAU-named stars from our table, Messier, NGC, IC and more from OpenNGC through pyongc.
 
-Names are compared without case, accents, spaces and punctuation. Only a deep-sky name costs the import of pyongc. A name that
-is not known is answered with the nearest ones that are.
+Names are compared without case, accents, spaces and punctuation. Only a deep-sky name costs the import of pyongc.
+A name that is not known is answered with the nearest ones that are.
 """
 
 import csv

@@ -102,8 +102,8 @@ class Instant(NamedTuple):
         return (day - _POSIX_MJD) * DAY + seconds
 
     def utc_iso(self, digits: int = 3) -> str:
-        """ISO 8601 in UTC, truncated to `digits` decimals of a second, with a Z."""
-        day, seconds = self.utc()
+        """ISO 8601 in UTC, rounded to `digits` decimals of a second, with a Z."""
+        day, seconds = self.plus(0.5 * 10.0**-digits).utc()
         whole = int(seconds)
         minutes = min(whole // 60, 1439)
         ticks = int((seconds - minutes * 60) * 10**digits)

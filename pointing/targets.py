@@ -148,13 +148,16 @@ class Star:
         """
         from astropy import units  # noqa: PLC0415 - astropy takes 0.8 s to import; only its users pay
         from astropy.coordinates import ConvertError  # noqa: PLC0415 - as above
+        from astropy.utils.iers import conf  # noqa: PLC0415 - as above
 
         if not coord.isscalar:
             raise TargetError(f"{coord.size} coordinates are not one target: give a scalar SkyCoord")
         try:
-            icrs = coord.icrs
-        except ConvertError as error:
-            raise TargetError(f"{coord} cannot be brought to ICRS: {error}; give obstime and location") from None
+            # Horizontal frames need Earth orientation, for which astropy must not reach for the network.
+            with conf.set_temp("auto_download", value=False), conf.set_temp("auto_max_age", None):
+                icrs = coord.icrs
+        except (ConvertError, AttributeError) as error:  # the latter from a frame without location or obstime
+            raise TargetError(f"{coord} cannot be brought to ICRS: give it obstime and location ({error})") from None
         pm_ra = pm_dec = rv = parallax = 0.0
         place, motion = icrs.spherical, icrs.data.differentials.get("s")
         if place.distance.unit.is_equivalent(units.pc):
