@@ -87,13 +87,14 @@ def _note(days: int, last: int) -> str:
 @cache
 def _range() -> tuple[int, int]:
     """First and last day with values; the file's last rows are blank."""
-    first = int(float(_row(0)[_MJD]))
+    first = _origin()
     rows = Path(IERS_A_FILE).stat().st_size // len(_row(0))
     return first, first + bisect_left(range(rows), 1, key=lambda i: _parse(_row(i)) is None) - 1
 
 
 @cache
 def _origin() -> int:
+    """The day of the file's first row."""
     return int(float(_row(0)[_MJD]))
 
 
