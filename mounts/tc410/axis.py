@@ -51,8 +51,9 @@ class SimulatedAxis:
         self.offset -= shift
         self.creep_from += shift
 
-    def halt(self) -> None:
-        """Stand still at once, as without power."""
+    def halt(self, step: int) -> None:
+        """Stand still at once, `step` steps into the present tick, as without power."""
+        self.position -= self.moved * (STEPS - step)
         self.velocity = self.moved = 0
         self.end_slew()
 

@@ -170,14 +170,14 @@ class SimulatedTC410:
                 most = int(self.settings.standby_steps * hardware.counts_per_step)
                 axis.offset += self.random.randint(-most, most) << FRACTION_BITS
             else:
-                axis.halt()
+                axis.halt(self._step)
                 self._slew_ended()
         self._apply()
 
     def power_cycle(self) -> None:
         """Switch the unit off and on: positions go to the centre count, and what was not saved is lost."""
         for axis in self.axes:
-            axis.halt()
+            axis.halt(self._step)
             axis.synchronise(CENTRE << FRACTION_BITS, self._step)
         self.memory.put(_CONTROL, (0,))
         self.memory.forget_latches()
