@@ -125,4 +125,14 @@ class SimulatorSection:
     baud: int
     position_format: Literal["right", "left"]
     slew_idle: Literal["both", "per-axis"]
+    landing_counts: int
+    slew_bit_clears: bool
+    limit_shift: int
+    speed_shift: int
+    encoder_zero_at: Literal["centre", "zero"]
+    volatile_targets: bool
+    power_at_boot: bool
+    standby_steps: float
+    dead_zone: int
+    guide_velocity: int
     seed: int

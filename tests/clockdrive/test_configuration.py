@@ -1,6 +1,7 @@
 """A configuration is right as a whole or refused as a whole, with key, value and allowed range."""
 
 import contextlib
+import dataclasses
 import subprocess
 import sys
 import time
@@ -16,6 +17,7 @@ from clockdrive.configuration import load
 from clockdrive.configuration_file import commented_template, markdown_table
 from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, MOUNT_TYPES
 from clockdrive.errors import ConfigurationError
+from mounts.tc410.simulator_settings import SimulatorSettings
 
 
 def read(folder: Path, text: str, environment=None, overrides=None, unit=None):
@@ -259,6 +261,11 @@ def test_every_key_is_in_the_documentation_and_in_its_template():
         assert f"`{key.name}`" in table
         text = commented_template(key.drives[0])
         assert f"\n{key.name} = " in text or f"\n# {key.name} = " in text, key
+
+
+def test_the_simulator_section_is_the_simulators_own_settings():
+    section = load(None, {}).simulator
+    assert dataclasses.asdict(section) == dataclasses.asdict(SimulatorSettings())
 
 
 def test_loading_is_fast_and_drags_in_no_mathematics():

@@ -133,8 +133,7 @@ def test_what_was_acknowledged_survives_kill_minus_9_at_any_moment(tmp_path):
             [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         with process:
-            for _ in range(3 + 11 * round_):
-                acknowledged.append(int(process.stdout.readline()))
+            acknowledged.extend(int(process.stdout.readline()) for _ in range(3 + 11 * round_))
             process.kill()  # SIGKILL: no handler, no clean-up
             acknowledged += [int(line) for line in process.stdout.read().split()]
             assert process.stderr.read() == ""
