@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
+from mounts.errors import DriveError
 from mounts.tc410.axis import FRACTION_BITS, STEPS, SimulatedAxis
 from mounts.tc410.registers import CENTRE, Kind, Register, RegisterError, at, by_name, of_axis
 from mounts.tc410.simulator_memory import FACTORY, Memory
@@ -308,11 +309,28 @@ class SimulatedTC410:
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Go on from a snapshot; the motors catch up with the time since at the next call."""
+        """Go on from a snapshot; the motors catch up with the time since at the next call.
+
+        Raises
+        ------
+        DriveError
+            This is no snapshot of such a unit; nothing has changed.
+        """
+        before = self.snapshot()
+        try:
+            self._restore(snapshot)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            self._restore(before)
+            raise DriveError(
+                f"the stored state of the simulated TC410 cannot be read ({error!r}); delete it to start at park",
+            ) from error
+
+    def _restore(self, snapshot: Mapping[str, Any]) -> None:
         self._t0, self._tick, self._step = snapshot["t0"], snapshot["tick"], snapshot["step"]
         self.coil, self.powered, self.fans = snapshot["coil"], snapshot["powered"], tuple(snapshot["fans"])
         self.memory.restore(snapshot["memory"])
-        self.axes = tuple(SimulatedAxis(**state) for state in snapshot["axes"])
+        one, two = snapshot["axes"]
+        self.axes = (SimulatedAxis(**one), SimulatedAxis(**two))
         around: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in snapshot["surroundings"].items()

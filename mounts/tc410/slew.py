@@ -16,10 +16,11 @@ series for each phase and a square root for the turning point are all there is: 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import isqrt, sqrt
 from typing import NamedTuple
 
-from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.registers import COUNTS_PER_SECOND, RegisterError
 
 TICK_S = 0.002
 STEPS_PER_TICK = 40  # of 50 µs
@@ -99,7 +100,17 @@ class LandingLaw:
         """Law of an axis with these registers whose real ramps are `scale` times the nominal ones.
 
         `max_velocity` is the 24-bit velocity that the maximum-speed register stands for.
+
+        Raises
+        ------
+        RegisterError
+            One of them is zero, so the axis would never arrive.
         """
+        if min(acceleration, deceleration, max_velocity) < 1:
+            raise RegisterError(
+                f"acceleration {acceleration}, deceleration {deceleration}, maximum velocity {max_velocity}: "
+                "an axis with one of them below 1 never arrives; set the unit's registers",
+            )
         return cls(
             max(2, round(acceleration * 0x100 * scale)),
             max(2, round(deceleration * 0x100 * scale)),
@@ -295,20 +306,15 @@ class Tc410SlewModel:
     acceleration_scale: float = 1.0
     landing_s: float = 0.0
 
-    def __post_init__(self) -> None:
-        law = LandingLaw.from_registers(
+    @cached_property
+    def law(self) -> LandingLaw:
+        """The law with the learnt acceleration."""
+        return LandingLaw.from_registers(
             self.acceleration,
             self.deceleration,
             self.max_velocity,
             self.acceleration_scale,
         )
-        object.__setattr__(self, "_law", law)
-
-    @property
-    def law(self) -> LandingLaw:
-        """The law with the learnt acceleration."""
-        law: LandingLaw = self.__dict__["_law"]
-        return law
 
     @property
     def max_rate(self) -> float:

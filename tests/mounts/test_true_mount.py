@@ -1,3 +1,4 @@
+import random
 from dataclasses import replace
 from math import asin, atan2, cos, degrees, hypot, radians, sin, tan
 
@@ -5,6 +6,7 @@ import pytest
 
 from mounts.tc410.simulator_settings import SimulatorSettings
 from mounts.true_mount import Play, TrueMount, rotation, separation_arcsec
+from pointing.mount import Mount, MountType
 
 PERFECT = SimulatorSettings()
 SMALL = 1.0  # arcsec: second-order terms are below 1e-4 of it
@@ -116,6 +118,22 @@ def test_large_errors_stay_a_rotation():
     settings = replace(PERFECT, misalignment_x_arcsec=7200.0, misalignment_y_arcsec=-5000.0, collimation_arcsec=900.0)
     mount = TrueMount(settings, "altaz-fork", 0.3)
     assert hypot(*mount.observed(1.0, 1.5)) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_it_agrees_with_the_pointing_mathematics_at_large_misalignments():
+    rng = random.Random(3)  # noqa: S311
+    worst = 0.0
+    for kind in MountType:
+        for latitude in LATITUDES:
+            x, y = rng.uniform(-7200, 7200), rng.uniform(-7200, 7200)
+            settings = replace(PERFECT, misalignment_x_arcsec=x, misalignment_y_arcsec=y)
+            true = TrueMount(settings, kind.text, latitude)
+            computed = Mount(kind, latitude, radians(x / 3600), radians(y / 3600))
+            for _ in range(200):
+                axes = rng.uniform(-3, 3), rng.uniform(-3, 3)
+                worst = max(worst, separation_arcsec(true.observed(*axes), computed.observed(*axes)))
+    print(f"worst difference {worst:.1e} arcsec")
+    assert worst < 1e-8
 
 
 def test_the_axis_follows_only_after_the_play_is_crossed():

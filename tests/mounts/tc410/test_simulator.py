@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from mounts.errors import DriveError
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, REGISTERS, by_name, gray_to_binary
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import PERFECT_HARDWARE, AxisHardware, SimulatorSettings
@@ -498,6 +499,17 @@ def test_a_snapshot_survives_json_and_goes_on_the_same():
     for unit in (copy, host.unit):
         unit.advance(host.t + 7.0)
     assert copy.snapshot() == host.unit.snapshot()
+
+
+@pytest.mark.parametrize(
+    "damage", [{"axes": []}, {"memory": None}, {"random": [3, [1], None]}, {"surroundings": {"x": 1}}]
+)
+def test_a_foreign_snapshot_is_refused_and_changes_nothing(damage):
+    unit = host_of().unit
+    before = unit.snapshot()
+    with pytest.raises(DriveError, match="delete it to start at park"):
+        unit.restore({**before, "t0": 5.0, **damage})
+    assert unit.snapshot() == before
 
 
 def test_hours_pass_in_milliseconds():

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.registers import COUNTS_PER_SECOND, RegisterError
 from mounts.tc410.slew import LandingLaw, Tc410SlewModel
 
 if TYPE_CHECKING:
@@ -115,6 +115,12 @@ def test_a_ramp_gains_what_its_ticks_add_up_to(velocity, wanted):
         position += 40 * now
         ticks += 1
     assert law.ramp(velocity, wanted) == (ticks, position)
+
+
+def test_an_axis_that_would_never_arrive_is_refused():
+    for registers in ((0, 26, 0xFFFF00), (26, 0, 0xFFFF00), (26, 26, 0)):
+        with pytest.raises(RegisterError, match="never arrives; set the unit's registers"):
+            LandingLaw.from_registers(*registers)
 
 
 def test_the_model_speaks_counts_and_seconds():
