@@ -4,6 +4,7 @@ The server plays a script: for each request the pieces it sends and the pauses b
 taken for a good answer, or for none, by a client in wide use.
 """
 
+import contextlib
 import socket
 import threading
 import time
@@ -32,6 +33,7 @@ class ScriptedServer:
         self.answers = list(answers)
         self.requests = []
         self.connections = 0
+        self._client = None
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self._thread = threading.Thread(target=self._run)
@@ -42,6 +44,9 @@ class ScriptedServer:
 
     def __exit__(self, *_):
         self._listener.shutdown(socket.SHUT_RDWR)
+        if self._client:
+            with contextlib.suppress(OSError):
+                self._client.shutdown(socket.SHUT_RDWR)
         self._thread.join()
         self._listener.close()
 
@@ -49,6 +54,7 @@ class ScriptedServer:
         while True:
             try:
                 client, _ = self._listener.accept()
+                self._client = client
             except OSError:
                 return
             self.connections += 1
@@ -169,6 +175,16 @@ def test_an_answer_is_never_one_behind(real_clock):
         for _ in range(3):
             assert modbus.read_holding_registers(0x50, 2).values == VALUES
         modbus.close()
+
+
+def test_a_frame_nobody_asked_for_is_not_the_next_answer(real_clock):
+    with ScriptedServer([RIGHT, 0.03, OLDER], [MARKER], [RIGHT]) as server:
+        modbus = master(server, real_clock)
+        assert modbus.read_holding_registers(0x50, 2).values == VALUES
+        time.sleep(0.08)
+        assert modbus.read_holding_registers(0x50, 2).values == VALUES
+        modbus.close()
+    assert server.requests == [REQUEST, MARKER_REQUEST, REQUEST]
 
 
 def test_waits_for_a_session_that_lingers(real_clock):
