@@ -167,7 +167,7 @@ def test_an_answer_later_than_the_time_out_is_never_taken_for_the_next(clock, un
 
 def test_without_a_marker_an_answer_is_believed_only_when_no_other_follows(clock, unit):
     """The very first request, of a single register, is answered late, just before the second."""
-    line = FaultyLink(MemoryLink(unit, clock), clock, FaultMachine([Fault.DELAY, Fault.SPLIT], delay_s=1.003))
+    line = FaultyLink(MemoryLink(unit, clock), clock, FaultMachine([Fault.DELAY, Fault.SPLIT], 3, delay_s=1.003))
     line.close = lambda: None
     modbus = ModbusAscii(lambda: line, clock)
     with pytest.raises(WrongAnswer, match="answered 2 times"):
