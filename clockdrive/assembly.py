@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
-from clockdrive.tc410_assembly import gearings, settings
+from clockdrive.tc410_assembly import gearings, keys_from, registers, settings
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
-from pointing.plan import Axis
+from pointing.plan import Axis, Timing
 from pointing.planner import Planner
 from pointing.site import Site, Weather
 from pointing.sky import Sky
@@ -54,19 +54,35 @@ def planner(configuration: Configuration) -> Planner:
     )
 
 
+def timing(configuration: Configuration) -> Timing:
+    """How the configured drive moves by its own law, with nothing learnt."""
+    from mounts.tc410.slew import Tc410SlewModel  # noqa: PLC0415 - a telescope has its models from its drive
+
+    wanted = registers(configuration)
+    one, two = (
+        Tc410SlewModel(
+            acceleration=int(wanted[f"axis{axis}_acceleration"]),
+            deceleration=int(wanted[f"axis{axis}_deceleration"]),
+            max_velocity=int(wanted[f"axis{axis}_max_speed"]) & ~0xFF,
+        )
+        for axis in (1, 2)
+    )
+    return Timing((one, two), together=configuration.drive.slew_idle == "both")
+
+
 def drive(
     configuration: Configuration,
     clock: "Clock",
     device: "Device | None",
     memory: Mapping[str, object],
     remember: Callable[[Mapping[str, object]], None],
-) -> "Drive":
-    """Make the drive of a configuration, not yet connected.
+) -> "tuple[Drive, Configuration]":
+    """Make the drive of a configuration, not yet connected, and complete the configuration from the unit.
 
     Parameters
     ----------
     configuration : Configuration
-        Which drive, and where.
+        Which drive, and where. Keys that nobody has given are read from the unit's own registers.
     clock : Clock
         Stamps the link's times.
     device : Device or None
@@ -75,20 +91,33 @@ def drive(
         What the drive asked to be given back.
     remember : callable
         Keeps such a memory.
+
+    Raises
+    ------
+    ConfigurationError, DriveError, TransportError
+        This version does not drive it; the unit contradicts itself; nothing answers.
     """
     from mounts.tc410.drive import TC410  # noqa: PLC0415 - a plan alone needs no drive, and starts without it
+    from mounts.tc410.startup import identify  # noqa: PLC0415 - likewise
+    from mounts.tc410.unit import Unit  # noqa: PLC0415 - likewise
     from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
     from transports.modbus_ascii import ModbusAscii  # noqa: PLC0415 - likewise
     from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    simulator = configuration.simulator
+    _refuse_what_is_not_there(configuration)
     if device is not None:
-        baud = simulator.baud or None
-        modbus = ModbusAscii(lambda: MemoryLink(device, clock, latency_s=simulator.latency_s, baud=baud), clock)
+        latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
+        modbus = ModbusAscii(lambda: MemoryLink(device, clock, latency_s=latency, baud=baud), clock)
     else:
-        url = configuration.drive.link
-        modbus = ModbusAscii(lambda: open_link(url, clock), clock)
-    return TC410(modbus, settings(configuration), memory, remember)
+        modbus = ModbusAscii(lambda: open_link(configuration.drive.link, clock), clock)
+        if configuration.left_to_the_unit():
+            unit = Unit(modbus)
+            identify(unit)
+            configuration = configuration.completed(keys_from(unit))
+        if configuration.origins["site.latitude_deg"] == "default":
+            text = "[site] latitude_deg and longitude_deg are neither in the file nor in the unit: give both"
+            raise ConfigurationError(configuration.source, [text])
+    return TC410(modbus, settings(configuration), memory, remember), configuration
 
 
 def _refuse_what_is_not_there(configuration: Configuration) -> None:

@@ -103,6 +103,24 @@ class Configuration:
             if key.in_unit and self.drive.kind == "tc410" and self.origins[key.dotted] == "default"
         )
 
+    def completed(self, unit: Mapping[str, object]) -> "Configuration":
+        """Return this configuration with what a unit's own registers say in place of defaults, checked as a whole.
+
+        Raises
+        ------
+        ConfigurationError
+            The unit's values are impossible, or contradict what is configured.
+        """
+        draft = _Draft()
+        draft.layer(unit, "unit", Path())
+        for dotted, origin in self.origins.items():
+            if origin != "default":
+                draft.layer({dotted: self.values[dotted]}, origin, Path())
+        draft.settle()
+        if draft.problems:
+            raise ConfigurationError(f"{self.source}, completed from the unit,", draft.problems)
+        return _frozen(draft, self.source, self.notice)
+
     def missing_files(self) -> tuple[str, ...]:
         """A sentence for each configured file that does not exist."""
         return tuple(

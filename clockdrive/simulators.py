@@ -34,3 +34,8 @@ def _hardware(configuration: Configuration, index: int) -> AxisHardware:
         secondary_gear=section.secondary_gear,
         drive_type=section.drive_type,
     )
+
+
+def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
+    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+    return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}

@@ -125,6 +125,14 @@ class Drive(Protocol):
         """End all motion, tracking included."""
         ...
 
+    def power(self, *, on: bool) -> None:
+        """Power the motors, or send the drive to standby; `DriveRefused` where a drive cannot."""
+        ...
+
+    def registers(self) -> Mapping[str, str]:
+        """Everything the drive can be asked, by name, as a person reads it."""
+        ...
+
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """Leave the drive safe and close the link; with `keep_tracking` it goes on at its present rates."""
         ...

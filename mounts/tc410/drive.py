@@ -426,6 +426,10 @@ class TC410:
         """Power the motors or send the drive to standby."""
         self._unit.power(on=on)
 
+    def registers(self) -> Mapping[str, str]:
+        """Every readable register by name, with its unit or its named flags."""
+        return self._unit.all_readable()
+
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """End direct control, and tracking unless it is kept; give back the top speed."""
         if keep_tracking:

@@ -7,7 +7,7 @@ velocity acts from it.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from mounts.tc410.registers import PositionFormat, Register, at, by_name
+from mounts.tc410.registers import REGISTERS, PositionFormat, Register, at, by_name
 from transports.modbus_ascii import Answer, ModbusAscii
 
 _READ_OVERHEAD = 11  # characters of a read's answer besides four for each register
@@ -81,6 +81,22 @@ class Unit:
     def power(self, *, on: bool) -> None:
         """Switch the motors' power."""
         self._modbus.write_coil(by_name("power").address, on)
+
+    def all_readable(self) -> dict[str, str]:
+        """Read every readable register in the table, as a person reads it: value and unit, or the flags asserted."""
+        shown = {}
+        for row in REGISTERS:
+            if row.access == "write":
+                continue
+            if row.kind == "coil":
+                shown[row.name] = str(self._modbus.read_coils(row.address, 1).values[0])
+            elif row.kind == "discrete":
+                shown[row.name] = str(self._modbus.read_discrete_inputs(row.address, 1).values[0])
+            else:
+                value = self.read(row.name)[row.name]
+                flags = f" ({', '.join(row.asserted(int(value))) or 'none'})" if row.flags else ""
+                shown[row.name] = f"{value:.10g} {row.unit}".rstrip() + flags
+        return shown
 
     def close(self) -> None:
         """Close the link."""

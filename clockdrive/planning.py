@@ -1,0 +1,86 @@
+"""Plans and rates that need no drive: targets and times as people give them, positions as they say."""
+
+from typing import TYPE_CHECKING, TypeAlias, cast
+
+from clockdrive import parse
+from clockdrive.answers import Answer, PlanAnswer, plan_answer, rates_answer
+from clockdrive.assembly import planner as planner_of
+from clockdrive.assembly import timing as timing_of
+from clockdrive.best import best
+from clockdrive.configuration import Configuration
+from pointing.errors import TargetError
+from pointing.instant import Instant
+from pointing.mount import POSTURES
+from pointing.plan import Start
+from pointing.planner import Planner
+from pointing.targets import Star, Target
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from astropy.coordinates import SkyCoord
+    from astropy.time import Time
+
+    TargetLike: TypeAlias = str | SkyCoord | Target
+    TimeLike: TypeAlias = float | datetime | Time | str
+
+
+def plan_from(
+    configuration: Configuration, target: "TargetLike", time: float, counts: tuple[float, float]
+) -> PlanAnswer:
+    """Plan a slew from given counts with the configured law of motion; nothing is contacted.
+
+    Raises
+    ------
+    TargetError, Unreachable
+        It is no target; it cannot be reached.
+    """
+    planner = planner_of(configuration)
+    plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
+    return plan_answer(plan, planner)
+
+
+def rates_of(planner: Planner, target: Target, time: float) -> Answer:
+    """Tracking rates of a target in the first posture that the axis limits allow."""
+    middle = tuple((axis.minimum + axis.maximum) / 2.0 for axis in planner.axes)
+    states = [planner.track(target, time, posture, (middle[0], middle[1])) for posture in POSTURES]
+    allowed = [
+        state
+        for state in states
+        if all(axis.minimum <= angle <= axis.maximum for axis, (angle, _) in zip(planner.axes, state, strict=True))
+    ]
+    direction = target.observed(planner.sky.at(Instant.from_posix(time)))
+    return rates_answer(target.name, time, direction, (allowed or states)[0], planner)
+
+
+def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
+    """Turn whatever a person gives into a target.
+
+    Raises
+    ------
+    TargetError
+        It is none; the text says what is wrong with it.
+    """
+    if isinstance(given, str):
+        found = parse.target(given)
+        return best(planner, time) if isinstance(found, parse.Best) else found
+    if callable(getattr(given, "observed_with_rate", None)):
+        return cast("Target", given)
+    if hasattr(given, "icrs"):
+        return Star.from_skycoord(given)
+    raise TargetError(f"{given!r} is no target: give a name, a SkyCoord or a target of `pointing`")
+
+
+def posix(given: "TimeLike") -> float:
+    """POSIX seconds of a moment given as seconds, datetime, astropy's Time, or text.
+
+    Raises
+    ------
+    InputError
+        The text is no moment.
+    """
+    if isinstance(given, str):
+        return parse.utc(given, 0.0)
+    if hasattr(given, "unix"):
+        return float(given.unix)
+    return float(given) if isinstance(given, int | float) else given.timestamp()

@@ -1,0 +1,38 @@
+"""What stops the telescope, whoever moves it: asked of every reading."""
+
+from mounts.drive import Reading
+from pointing.planner import Planner
+
+
+class Guard:
+    """The standing safety rules of one telescope.
+
+    A telescope that is already where it must not be, at start-up or after a person moved it, may be led out: the sky
+    and axis rules bind from the first reading that keeps them.
+    """
+
+    def __init__(self, planner: Planner) -> None:
+        self._planner = planner
+        self._was_clear = False
+
+    def why_stop(self, reading: Reading, *, moving: bool) -> str:
+        """The reason to stop, with its bound and what to do; empty when there is none."""
+        counts = reading.axes[0].counts, reading.axes[1].counts
+        checks = self._planner.standing(self._planner.angles(counts), reading.time)
+        broken = "; ".join(check.detail for check in checks if not check.ok)
+        was_clear, self._was_clear = self._was_clear, not broken
+        if not moving:
+            return ""
+        return _of_the_drive(reading) or (broken if was_clear else "")
+
+
+def _of_the_drive(reading: Reading) -> str:
+    if reading.unsynchronised:
+        return reading.unsynchronised
+    if not reading.powered:
+        return "the motors lost their power (standby); `drive power on`, then check the position"
+    if reading.alarms:
+        return f"power supply alarm: {', '.join(reading.alarms)}; find its cause before moving again"
+    if reading.limits:
+        return f"limit reached: {', '.join(reading.limits)}; `goto` or `park` leads away from it"
+    return ""

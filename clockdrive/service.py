@@ -1,0 +1,82 @@
+"""The calls that every door offers: the control socket, and the command line when it is the owner itself.
+
+Arguments and results are plain values, as they travel in JSON; the command line prints the results as they are.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from clockdrive.errors import InputError
+from clockdrive.session import Progress
+from clockdrive.telescope import Telescope
+
+Emit = Callable[[Mapping[str, object]], object]
+
+
+class Service:
+    """A telescope's calls by name.
+
+    Parameters
+    ----------
+    telescope : Telescope
+        Whose calls they are.
+    """
+
+    def __init__(self, telescope: Telescope) -> None:
+        self._telescope = telescope
+        self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
+            "clear": lambda args, _: self._done(telescope.clear(args["name"])),
+            "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
+            "home": lambda _, emit: telescope.home(_reported(emit)).json,
+            "jog": lambda args, emit: (
+                telescope.jog(args["axis"], args["deg_s"], args["seconds"], _reported(emit)).json
+            ),
+            "offset": lambda args, _: self._done(telescope.offset(args["east_arcsec"], args["north_arcsec"])),
+            "park": lambda _, emit: telescope.park(_reported(emit)).json,
+            "plan": lambda args, _: telescope.plan(args["target"], args.get("at")).json,
+            "power": lambda args, _: self._done(telescope.power(on=args["on"])),
+            "rates": lambda args, _: telescope.rates(args["target"], args.get("at")).json,
+            "registers": lambda _args, _: {"ok": True, "registers": telescope.registers()},
+            "status": lambda _args, _: telescope.status().json,
+            "stop": lambda _args, _: self._done(telescope.stop()),
+            "sync": self._sync,
+            "unpark": lambda _args, _: self._done(telescope.unpark()),
+        }
+
+    def __call__(self, name: str, args: dict[str, Any], emit: Emit) -> object:
+        """Do one call; progress goes to `emit`.
+
+        Raises
+        ------
+        InputError
+            There is no such call, or an argument is missing.
+        """
+        if name not in self._calls:
+            raise InputError(f"no call {name!r}; there is {', '.join(self._calls)}")
+        try:
+            return self._calls[name](args, emit)
+        except KeyError as missing:
+            raise InputError(f"the call {name!r} needs the argument {missing}") from missing
+
+    def _sync(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
+        moved = self._telescope.sync(args["target"], args.get("posture"), force=bool(args.get("force")))
+        return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0}
+
+    @staticmethod
+    def _done(_: None) -> dict[str, object]:
+        return {"ok": True}
+
+
+def _reported(emit: Emit) -> Callable[[Progress], None]:
+    def report(progress: Progress) -> None:
+        emit(
+            {
+                "target": progress.target,
+                "remaining_s": progress.remaining_s,
+                "eta_s": progress.eta_s if math.isfinite(progress.eta_s) else None,
+                "counts": list(progress.counts),
+            }
+        )
+
+    return report

@@ -1,0 +1,65 @@
+"""Everything that is known about a telescope at one moment."""
+
+import math
+from typing import Any
+
+from clockdrive.answers import observed, utc
+from clockdrive.configuration import Configuration
+from clockdrive.corrections import ledger
+from clockdrive.session import Session
+from clockdrive.state import StateStore
+from pointing.instant import Instant
+from pointing.vectors import longitude_latitude
+
+
+def status_of(session: Session, store: StateStore, configuration: Configuration) -> dict[str, Any]:
+    """Return the status as plain values: degrees, counts, UTC."""
+    now, planner = session.clock.now(), session.planner
+    status: dict[str, Any] = {
+        "ok": True,
+        "telescope": configuration.site.name or configuration.identity,
+        "drive": configuration.identity,
+        "utc": utc(now),
+        "doing": session.doing,
+        "target": session.pursuit.target.name if session.pursuit else None,
+        "parked": store.parked(),
+        "trouble": session.trouble,
+        "notes": [*session.drive.notes, *([configuration.notice] if configuration.notice else [])],
+        "link_silent_s": None if session.link_lost_since is None else now - session.link_lost_since,
+    }
+    reading = session.reading
+    if reading is None:
+        return status
+    counts = reading.axes[0].counts, reading.axes[1].counts
+    angles = planner.angles(counts)
+    direction = planner.mount.observed(*angles)
+    ra, dec = longitude_latitude(planner.sky.at(Instant.from_posix(reading.time)).astrometric(direction))
+    place = observed(direction, planner.mount.latitude)
+    return status | {
+        "synchronised": not reading.unsynchronised,
+        "unsynchronised_because": reading.unsynchronised,
+        "posture": planner.mount.posture(angles[1]),
+        "observed": place,
+        "icrs": {"ra_deg": math.degrees(ra), "dec_deg": math.degrees(dec)},
+        "position_age_s": now - reading.time,
+        "axes": [
+            {
+                "name": axis.name,
+                "angle_deg": math.degrees(angle),
+                "counts": read.counts,
+                "uncertainty_counts": read.uncertainty_counts,
+                "rate_deg_s": math.degrees(read.rate / axis.gearing.counts_per_radian),
+                "slewing": read.slewing,
+            }
+            for axis, angle, read in zip(planner.axes, angles, reading.axes, strict=False)
+        ],
+        "error_arcsec": session.pursuit.error_arcsec(reading) if session.pursuit else None,
+        "powered": reading.powered,
+        "motion": list(reading.motion),
+        "limits": list(reading.limits),
+        "alarms": list(reading.alarms),
+        "checks": [
+            {"name": check.name, "ok": check.ok, "detail": check.detail} for check in planner.standing(angles, now)
+        ],
+        "corrections": ledger(planner, store, configuration, math.radians(place["altitude_deg"]), now),
+    }

@@ -1,0 +1,264 @@
+"""A telescope to be used from Python: astropy types in, answers out; one control thread behind it.
+
+`Telescope` is the owner of its drive while it is open. Every command is also reachable through the control socket
+(`clockdrive.service`), so other terminals use the same telescope.
+"""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from clockdrive import assembly
+from clockdrive.answers import Answer, PlanAnswer, arrival_answer, plan_answer
+from clockdrive.clock import SystemClock
+from clockdrive.configuration import Configuration, load
+from clockdrive.control import control_for
+from clockdrive.errors import Refused
+from clockdrive.owner import Ownership
+from clockdrive.planning import posix, rates_of, resolve
+from clockdrive.session import Progress, Report, Session
+from clockdrive.state import Event, StateStore
+from clockdrive.status import status_of
+from pointing.mount import Posture
+from pointing.targets import Target
+
+if TYPE_CHECKING:
+    from clockdrive.planning import TargetLike, TimeLike
+    from mounts.tc410.simulator import SimulatedTC410
+    from transports.link import Clock
+
+
+def nobody(progress: Progress) -> None:
+    """Watch no progress."""
+
+
+class Telescope:
+    """One telescope, opened and owned.
+
+    Use `open` or `simulated`; leave it with `close` or as a context manager.
+
+    Raises
+    ------
+    ConfigurationError, OwnedElsewhere, DriveError, TransportError
+        It cannot be opened; nothing was moved.
+    """
+
+    def __init__(
+        self, configuration: Configuration, clock: "Clock | None" = None, *, command: str = "Python"
+    ) -> None:
+        self.clock = clock or SystemClock()
+        self.configuration = configuration
+        self._closed = False
+        self._kept_at = -math.inf
+        self._device: SimulatedTC410 | None = None
+        identity = configuration.identity
+        self.ownership = Ownership(
+            configuration.state_directory,
+            identity,
+            name=configuration.site.name or identity,
+            command=command,
+            time=self.clock.now(),
+        )
+        try:
+            self._store = StateStore(configuration.state_directory, identity)
+            self._session = self._opened()
+        except BaseException:
+            self.ownership.release()
+            raise
+        self._control = control_for(self.clock, self._session.cycle)
+
+    @classmethod
+    def open(
+        cls,
+        path: str | Path | None = None,
+        *,
+        overrides: Mapping[str, object] | None = None,
+        clock: "Clock | None" = None,
+    ) -> Self:
+        """Open the telescope of a configuration file; without one, the embedded simulator."""
+        return cls(load(path, overrides=overrides), clock)
+
+    @classmethod
+    def simulated(
+        cls, kind: str = "tc410", *, overrides: Mapping[str, object] | None = None, clock: "Clock | None" = None
+    ) -> Self:
+        """Open an embedded simulator; `overrides` are configuration values by dotted name."""
+        return cls(load(None, overrides={"drive.kind": kind, "drive.link": "sim:", **(overrides or {})}), clock)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Telescope {self.configuration.identity}: {self._session.doing}>"
+
+    # Moving ----------------------------------------------------------------------------------------------------
+
+    def plan(self, target: "TargetLike", at: "TimeLike | None" = None) -> PlanAnswer:
+        """Plan a slew; nothing moves.
+
+        Parameters
+        ----------
+        target : str, SkyCoord or Target
+            Whatever the command line takes, or a place.
+        at : float, datetime, Time or str, optional
+            When the slew would start; now by default.
+
+        Raises
+        ------
+        TargetError, Unreachable, Refused
+            It is no target; it cannot be reached; the position is not synchronised.
+        """
+        time = self._time(at)
+        resolved = self._target(target, time)
+        plan = self._control.call(
+            lambda: self._session.plan(resolved) if at is None else self._session.plan_at(resolved, time)
+        )
+        return plan_answer(plan, self._session.planner)
+
+    def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
+        """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
+        resolved = self._target(target, self.clock.now())
+        arrival = self._control.perform(self._session.goto(resolved, progress))
+        return arrival_answer(arrival, self._session.planner)
+
+    def park(self, progress: Report = nobody) -> PlanAnswer:
+        """Go to the park position and stay there."""
+        angles = self._configured("park_deg")
+        plan = self._control.perform(self._session.go_to_angles("park", angles, progress, then="parked"))
+        self._control.call(lambda: self._store.record_parked(parked=True, time=self.clock.now()))
+        return plan_answer(plan, self._session.planner)
+
+    def unpark(self) -> None:
+        """Allow motion again."""
+        self._control.call(self._session.unpark)
+
+    def home(self, progress: Report = nobody) -> PlanAnswer:
+        """Go to the centre of both axes and stay there."""
+        plan = self._control.perform(self._session.go_to_angles("home", self._configured("centre_deg"), progress))
+        return plan_answer(plan, self._session.planner)
+
+    def jog(
+        self,
+        axis: int,
+        deg_s: float,
+        seconds: float,
+        progress: Report = nobody,
+    ) -> PlanAnswer:
+        """Move axis 1 or 2 at a speed for a time; it cannot go further than that, whatever happens to the host."""
+        if axis not in {1, 2}:
+            raise Refused(f"axis {axis}: use 1 or 2")
+        steps = self._session.jog(axis - 1, math.radians(deg_s), seconds, progress)
+        return plan_answer(self._control.perform(steps), self._session.planner)
+
+    def stop(self) -> None:
+        """Stop everything at once, tracking included; jumps the queue."""
+        self._control.interrupt(self._session.stop, "stopped by command")
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass while the telescope goes on tracking."""
+        self._control.let_pass(seconds)
+
+    # Asking ----------------------------------------------------------------------------------------------------
+
+    def rates(self, target: "TargetLike", at: "TimeLike | None" = None) -> Answer:
+        """Tracking rates of both axes at a time."""
+        time = self._time(at)
+        return rates_of(self._session.planner, self._target(target, time), time)
+
+    def status(self) -> Answer:
+        """Everything that is known now: position, activity, limits, corrections in force, notes."""
+        return self._control.call(lambda: Answer(status_of(self._session, self._store, self.configuration)))
+
+    def events(self, limit: int = 100) -> tuple[Event, ...]:
+        """What happened, newest first."""
+        return self._store.events(limit=limit)
+
+    def registers(self) -> dict[str, str]:
+        """The drive's own registers by name, as a person reads them."""
+        return self._control.call(lambda: dict(self._session.drive.registers()))
+
+    @property
+    def simulator(self) -> "SimulatedTC410 | None":
+        """The embedded simulator, to be asked where it really points."""
+        return self._device
+
+    # Correcting ------------------------------------------------------------------------------------------------
+
+    def sync(self, target: "TargetLike", posture: Posture | None = None, *, force: bool = False) -> float:
+        """Declare that the telescope points at a target now; returns the correction in degrees."""
+        resolved = self._target(target, self.clock.now())
+        return self._control.call(lambda: self._session.sync(resolved, posture, force=force))
+
+    def offset(self, east_arcsec: float, north_arcsec: float) -> None:
+        """Displace this and all later targets on the sky; adds to the offset in force."""
+        self._control.call(lambda: self._session.offset(east_arcsec, north_arcsec))
+
+    def clear(self, correction: str) -> None:
+        """Remove a correction by its name in `status`."""
+        self._control.call(lambda: self._session.clear(correction))
+
+    def power(self, *, on: bool) -> None:
+        """Power the motors, or send the drive to standby; standby stops the telescope first."""
+        self._control.call(lambda: self._session.power(on=on))
+
+    # Leaving ---------------------------------------------------------------------------------------------------
+
+    def close(self, *, keep_tracking: bool = False) -> bool:
+        """Leave the drive safe and give up the telescope; return whether it goes on tracking."""
+        if self._closed:
+            return False
+        self._closed = True
+        self._control.close()
+        try:
+            return self._session.close(keep_tracking=keep_tracking)
+        finally:
+            self._store.close()
+            self.ownership.release()
+
+    def _opened(self) -> Session:
+        configuration, now = self.configuration, self.clock.now()
+        try:
+            memory = self._store.learnt("drive")
+            if configuration.simulated:
+                memory = self._embed(now, memory)
+            drive, self.configuration = assembly.drive(
+                configuration, self.clock, self._device, memory, lambda kept: self._store.learn("drive", kept, now)
+            )
+            planner = assembly.planner(self.configuration)
+            session = Session(planner, drive, self._store, self.clock, self._keep_simulator)
+            session.open(make_safe=self.ownership.previous_owner_died)
+        except BaseException:
+            self._store.close()
+            raise
+        return session
+
+    def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
+        """Make the simulator; a new one starts synchronised at park."""
+        from clockdrive import simulators  # noqa: PLC0415 - only where one is used
+
+        kept = self._store.simulator()
+        self._device = simulators.tc410(self.configuration, now, None if kept is None else kept[0])
+        return simulators.memory_at_park(self.configuration, now) if kept is None else memory
+
+    def _keep_simulator(self) -> None:
+        now = self.clock.now()
+        if self._device is not None and (self._closed or now - self._kept_at >= 1.0):
+            self._store.record_simulator(self._device.snapshot(), now)
+            self._kept_at = now
+
+    def _configured(self, name: str) -> tuple[float, float]:
+        one, two = (math.radians(getattr(section, name)) for section in self.configuration.axes)
+        return one, two
+
+    def _time(self, at: "TimeLike | None") -> float:
+        return self.clock.now() if at is None else posix(at)
+
+    def _target(self, given: "TargetLike", time: float) -> Target:
+        return resolve(given, self._session.planner, time)
