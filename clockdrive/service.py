@@ -26,22 +26,22 @@ class Service:
     def __init__(self, telescope: Telescope) -> None:
         self._telescope = telescope
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
-            "clear": lambda args, _: self._done(telescope.clear(args["name"])),
+            "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
             "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,
             "jog": lambda args, emit: (
                 telescope.jog(args["axis"], args["deg_s"], args["seconds"], _reported(emit)).json
             ),
-            "offset": lambda args, _: self._done(telescope.offset(args["east_arcsec"], args["north_arcsec"])),
+            "offset": lambda args, _: _done(lambda: telescope.offset(args["east_arcsec"], args["north_arcsec"])),
             "park": lambda _, emit: telescope.park(_reported(emit)).json,
             "plan": lambda args, _: telescope.plan(args["target"], args.get("at")).json,
-            "power": lambda args, _: self._done(telescope.power(on=args["on"])),
+            "power": lambda args, _: _done(lambda: telescope.power(on=args["on"])),
             "rates": lambda args, _: telescope.rates(args["target"], args.get("at")).json,
             "registers": lambda _args, _: {"ok": True, "registers": telescope.registers()},
             "status": lambda _args, _: telescope.status().json,
-            "stop": lambda _args, _: self._done(telescope.stop()),
+            "stop": lambda _args, _: _done(telescope.stop),
             "sync": self._sync,
-            "unpark": lambda _args, _: self._done(telescope.unpark()),
+            "unpark": lambda _args, _: _done(telescope.unpark),
         }
 
     def __call__(self, name: str, args: dict[str, Any], emit: Emit) -> object:
@@ -63,9 +63,10 @@ class Service:
         moved = self._telescope.sync(args["target"], args.get("posture"), force=bool(args.get("force")))
         return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0}
 
-    @staticmethod
-    def _done(_: None) -> dict[str, object]:
-        return {"ok": True}
+
+def _done(work: Callable[[], None]) -> dict[str, object]:
+    work()
+    return {"ok": True}
 
 
 def _reported(emit: Emit) -> Callable[[Progress], None]:

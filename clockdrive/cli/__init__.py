@@ -1,0 +1,9 @@
+"""The command line: `clockdrive [-c FILE] COMMAND …`.
+
+Results go to stdout, progress and remarks to stderr. Exit codes: 0 done, 1 refused or failed, 2 usage, 130
+interrupted, which stops the motion first.
+"""
+
+from clockdrive.cli.main import main
+
+__all__ = ["main"]

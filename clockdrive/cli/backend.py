@@ -1,0 +1,102 @@
+"""Who does the work: the running owner of the telescope, or this command as its owner for its own duration."""
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from clockdrive.configuration import Configuration, load
+from clockdrive.owner import attach
+from clockdrive.service import Service
+from clockdrive.telescope import Telescope
+
+OnEvent = Callable[[Mapping[str, Any]], object]
+
+
+class Backend(Protocol):
+    """Where calls go."""
+
+    attached: bool
+    leaves_tracking: bool
+
+    def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
+        """Make a call of `clockdrive.service` and wait for its result."""
+        ...
+
+
+class Attached:
+    """The running owner, through its control socket."""
+
+    attached = True
+
+    def __init__(self, client: Any) -> None:  # noqa: ANN401 - a ControlClient, imported by `attach`
+        self._client = client
+        self.leaves_tracking = True
+
+    def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
+        """Let the owner do it; an interruption stops the telescope."""
+        try:
+            result = self._client.call(name, args, on_event)
+        except KeyboardInterrupt:
+            self._client.call("stop")
+            raise
+        return dict(result or {})
+
+
+class Owning:
+    """The process that runs, which other terminals reach meanwhile."""
+
+    attached = False
+
+    def __init__(self, telescope: Telescope) -> None:
+        self._telescope = telescope
+        self._service = Service(telescope)
+        telescope.ownership.serve(self._service)
+        self.leaves_tracking = False
+
+    def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
+        """Do it here; an interruption stops the telescope."""
+        try:
+            result = self._service(name, args, on_event or (lambda event: None))  # noqa: ARG005 - nobody listens
+        except KeyboardInterrupt:
+            self._telescope.stop()
+            raise
+        return dict(result) if isinstance(result, Mapping) else {}
+
+
+def configuration_of(path: str | None) -> Configuration:
+    """Load the configuration and say what must be said of it."""
+    configuration = load(path)
+    if configuration.notice:
+        print(f"clockdrive: {configuration.notice}", file=sys.stderr)
+    return configuration
+
+
+@contextmanager
+def backend(path: str | None, command: str, *, keep_tracking: bool = False) -> Iterator[Backend]:
+    """The owner that runs, or else this process, until the block ends.
+
+    Parameters
+    ----------
+    path : str or None
+        The configuration file.
+    command : str
+        What this process does, for those whom it keeps out.
+    keep_tracking : bool
+        Leave a drive that tracks tracking when this process ends; `leaves_tracking` may still change it.
+    """
+    configuration = configuration_of(path)
+    client = attach(configuration.state_directory, configuration.identity)
+    if client is not None:
+        yield Attached(client)
+        return
+    telescope = Telescope(configuration, command=command)
+    owning = None
+    try:
+        owning = Owning(telescope)
+        owning.leaves_tracking = keep_tracking
+        yield owning
+    finally:
+        kept = telescope.close(keep_tracking=owning is not None and owning.leaves_tracking)
+        if kept:
+            print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)

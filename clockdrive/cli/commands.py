@@ -1,0 +1,258 @@
+"""What each command does; the table at the end is the command line."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from clockdrive.cli import display
+from clockdrive.cli.backend import Backend, backend, configuration_of
+from clockdrive.errors import ConfigurationError, InputError
+
+Command = Callable[[argparse.Namespace], None]
+
+
+def plan(args: argparse.Namespace) -> None:
+    """Plan from given counts without any drive, or from where the telescope is."""
+    from clockdrive import parse, planning  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+
+    at = parse.utc(args.at or "now", time.time())
+    if args.start is not None:
+        configuration = configuration_of(args.config)
+        answer = planning.plan_from(configuration, _target(args), at, parse.counts(args.start)).json
+    else:
+        with backend(args.config, "plan", keep_tracking=True) as telescope:
+            answer = telescope.call("plan", target=_target(args), at=at if args.at else None)
+    _show(args, answer, display.plan_text)
+
+
+def rates(args: argparse.Namespace) -> None:
+    """Rates need no drive."""
+    from clockdrive import assembly, parse, planning  # noqa: PLC0415 - as in `plan`
+
+    at = parse.utc(args.at or "now", time.time())
+    planner = assembly.planner(configuration_of(args.config))
+    _show(args, planning.rates_of(planner, planning.resolve(_target(args), planner, at), at).json, display.rates_text)
+
+
+def goto(args: argparse.Namespace) -> None:
+    """Slew, then track: with a live line for a time or until Ctrl-C, or leave the drive tracking."""
+    leave = getattr(args, "exit", False) or (args.json and args.duration is None)
+    seconds = _seconds(args)
+    with backend(args.config, f"goto {_target(args)}") as telescope:
+        with display.progress_bar(quiet=args.json) as show:
+            answer = telescope.call("goto", show, target=_target(args))
+        _show(args, answer, display.arrival_text)
+        telescope.leaves_tracking = leave
+        if not leave and (seconds is not None or not telescope.attached):
+            _track(telescope, seconds, quiet=args.json)
+
+
+def jog(args: argparse.Namespace) -> None:
+    """Move one axis."""
+    seconds = _seconds(args)
+    with backend(args.config, f"jog {args.axis}") as telescope, display.progress_bar(quiet=args.json) as show:
+        answer = telescope.call("jog", show, axis=args.axis, deg_s=args.deg_s, seconds=seconds)
+    _show(args, answer, display.plan_text)
+
+
+def go(args: argparse.Namespace) -> None:
+    """Go home or to park."""
+    with backend(args.config, args.command) as telescope, display.progress_bar(quiet=args.json) as show:
+        answer = telescope.call(args.command, show)
+    _show(args, answer, display.plan_text)
+
+
+def simple(args: argparse.Namespace) -> None:
+    """Make a call that takes nothing and answers nothing."""
+    with backend(args.config, args.command, keep_tracking=args.command != "stop") as telescope:
+        _show(args, telescope.call(args.command), lambda answer: f"{args.command}: done")  # noqa: ARG005 - no more
+
+
+def sync(args: argparse.Namespace) -> None:
+    """Synchronise on a target."""
+    with backend(args.config, "sync", keep_tracking=True) as telescope:
+        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force)
+    _show(args, answer, lambda found: f"synchronised on {_target(args)}: moved by {found['moved_arcsec']:.1f}″")
+
+
+def offset(args: argparse.Namespace) -> None:
+    """Displace, clear, or show the offsets."""
+    words = list(args.words)
+    with backend(args.config, "offset", keep_tracking=True) as telescope:
+        if words[:1] == ["clear"]:
+            if len(words) == 1:
+                raise InputError("`offset clear NAME`: give the name of a correction, or `offset` for both offsets")
+            telescope.call("clear", correction=" ".join(words[1:]))
+        elif words:
+            east, north = _two_numbers(words)
+            telescope.call("offset", east_arcsec=east, north_arcsec=north)
+        rows = telescope.call("status").get("corrections", [])
+    made: dict[str, Any] = {"ok": True, "corrections": [row for row in rows if str(row["name"]).startswith("offset")]}
+    _show(
+        args,
+        made,
+        lambda found: (
+            "\n".join(f"{row['name']}: {row['value']:+.2f}″" for row in found["corrections"]) or "no offsets"
+        ),
+    )
+
+
+def status(args: argparse.Namespace) -> None:
+    """Show all, once or every second."""
+    with backend(args.config, "status", keep_tracking=True) as telescope:
+        _show(args, telescope.call("status"), display.status_text)
+        while args.watch:
+            time.sleep(1.0)
+            _show(args, telescope.call("status"), display.status_text)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Own the telescope until interrupted."""
+    with backend(args.config, "run") as telescope:
+        if telescope.attached:
+            raise InputError("another process owns this telescope already; `clockdrive status` says which")
+        print("clockdrive: owning the telescope; Ctrl-C ends, other commands attach", file=sys.stderr)
+        while True:
+            time.sleep(3600.0)
+
+
+def drive(args: argparse.Namespace) -> None:
+    """Show the registers, or switch the motors' power."""
+    if (args.action == "power") != (args.state is not None):
+        raise InputError("use `drive show`, `drive power on` or `drive power standby`")
+    with backend(args.config, f"drive {args.action}", keep_tracking=args.state != "standby") as telescope:
+        if args.action == "power":
+            _show(args, telescope.call("power", on=args.state == "on"), lambda answer: f"power: {args.state}")  # noqa: ARG005 - no more
+        else:
+            _show(
+                args,
+                telescope.call("registers"),
+                lambda found: "\n".join(f"{name:32} {value}" for name, value in found["registers"].items()),
+            )
+
+
+def simulate(args: argparse.Namespace) -> None:
+    """Host a simulator until interrupted."""
+    from clockdrive import simulators  # noqa: PLC0415 - only here
+    from clockdrive.clock import SystemClock  # noqa: PLC0415 - likewise
+    from transports.serve import serve  # noqa: PLC0415 - likewise
+
+    configuration = configuration_of(args.config)
+    clock = SystemClock()
+    device = simulators.tc410(configuration, clock.now(), None)
+    with serve(device, clock, args.listen, baud=configuration.simulator.baud or None) as server:
+        print(f"clockdrive: simulated {args.kind} at {server.address}; Ctrl-C ends", file=sys.stderr, flush=True)
+        while True:
+            time.sleep(3600.0)
+
+
+def config(args: argparse.Namespace) -> None:
+    """Check a configuration as a whole, and that this version can do what it asks for."""
+    from clockdrive import assembly  # noqa: PLC0415 - as in `plan`
+
+    configuration = configuration_of(args.config)
+    if missing := configuration.missing_files():
+        raise ConfigurationError(configuration.source, missing)
+    assembly.planner(configuration)
+    _show(
+        args,
+        {"ok": True, "source": configuration.source},
+        lambda found: f"{found['source']}: nothing is wrong with it",
+    )
+
+
+def init(args: argparse.Namespace) -> None:
+    """Print a commented configuration."""
+    from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
+
+    text = commented_template(args.kind, args.mount)
+    _show(args, {"ok": True, "toml": text}, lambda found: found["toml"].rstrip("\n"))
+
+
+def header(args: argparse.Namespace) -> None:
+    """Print FITS cards."""
+    from clockdrive.fits_header import cards  # noqa: PLC0415 - astropy takes a second to load
+
+    with backend(args.config, "header", keep_tracking=True) as telescope:
+        found = cards(telescope.call("status"), configuration_of(args.config))
+    _show(args, {"ok": True, "cards": dict(found)}, lambda _: found.tostring(sep="\n", endcard=False, padding=False))
+
+
+def report(args: argparse.Namespace) -> None:
+    """Write the file for help."""
+    from clockdrive.report import write_report  # noqa: PLC0415 - only here
+
+    path = write_report(Path(args.output), args.config)
+    _show(
+        args, {"ok": True, "file": str(path)}, lambda found: f"wrote {found['file']}; it holds no passwords or keys"
+    )
+
+
+def _track(telescope: Backend, seconds: float | None, *, quiet: bool) -> None:
+    """Show a live line while the telescope tracks; end with what ended it."""
+    end = None if seconds is None else time.monotonic() + seconds
+    last = ""
+    while end is None or time.monotonic() < end:
+        found = telescope.call("status")
+        if not quiet:
+            line = display.live_line(found)
+            print(f"\r{line:<{len(last)}}", end="", file=sys.stderr, flush=True)
+            last = line
+        if found["doing"] != "tracking":
+            print(file=sys.stderr)
+            raise InputError(found["trouble"] or "the telescope was stopped")
+        time.sleep(1.0 if end is None else max(0.0, min(1.0, end - time.monotonic())))
+    telescope.call("stop")
+    if not quiet:
+        print("\nstopped", file=sys.stderr)
+
+
+def _show(args: argparse.Namespace, answer: Mapping[str, Any], text: Callable[[Mapping[str, Any]], str]) -> None:
+    if args.json:
+        display.as_json(answer)
+    else:
+        print(text(answer), flush=True)
+
+
+def _target(args: argparse.Namespace) -> str:
+    return " ".join(args.target)
+
+
+def _seconds(args: argparse.Namespace) -> float | None:
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    return None if args.duration is None else parse.duration(args.duration)
+
+
+def _two_numbers(words: list[str]) -> tuple[float, float]:
+    try:
+        east, north = (float(word.replace("−", "-")) for word in words)
+    except ValueError:
+        raise InputError(f"offset {' '.join(words)}: give two numbers, east and north in arcseconds") from None
+    return east, north
+
+
+COMMANDS: dict[str, Command] = {
+    "config": config,
+    "drive": drive,
+    "goto": goto,
+    "header": header,
+    "home": go,
+    "init": init,
+    "jog": jog,
+    "offset": offset,
+    "park": go,
+    "plan": plan,
+    "rates": rates,
+    "report": report,
+    "run": run,
+    "simulate": simulate,
+    "status": status,
+    "stop": simple,
+    "sync": sync,
+    "track": goto,
+    "unpark": simple,
+}

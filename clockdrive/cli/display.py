@@ -1,0 +1,131 @@
+"""What a person sees: a progress bar, a live line, tables."""
+
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from clockdrive.cli.backend import OnEvent
+
+
+def as_json(answer: Mapping[str, Any]) -> None:
+    """Print one JSON document."""
+    print(json.dumps(answer))
+
+
+@contextmanager
+def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
+    """A bar with the remaining time on stderr, for the events of a slew."""
+    if quiet:
+        yield lambda event: None  # noqa: ARG005 - nobody looks
+        return
+    from rich.console import Console  # noqa: PLC0415 - only what moves needs it
+    from rich.progress import BarColumn, Progress, TextColumn  # noqa: PLC0415 - likewise
+
+    columns = TextColumn("{task.description}"), BarColumn(40), TextColumn("{task.fields[left]}")
+    with Progress(*columns, console=Console(file=sys.stderr)) as bar:
+        task = bar.add_task("slewing", total=None, left="")
+
+        def show(event: Mapping[str, Any]) -> None:
+            left, eta = float(event["remaining_s"]), float(event["eta_s"] or 0.0)
+            bar.update(
+                task,
+                description=f"slewing to {event['target']}",
+                total=max(eta, 1e-3),
+                completed=max(0.0, eta - left),
+                left=f"{left:6.1f} s left",
+            )
+
+        yield show
+
+
+def plan_text(answer: Mapping[str, Any]) -> str:
+    """A plan as a few lines."""
+    place = answer["observed"]
+    lines = [
+        f"{answer['target']}: start {answer['start_utc']}, arrival {answer['arrival_utc']}, {answer['eta_s']:.3f} s",
+        (
+            f"  azimuth {place['azimuth_deg']:.4f}°  altitude {place['altitude_deg']:.4f}°  "
+            f"hour angle {place['hour_angle_deg']:.4f}°  declination {place['declination_deg']:.4f}°  "
+            f"posture {answer['posture']}"
+        ),
+    ]
+    lines += [
+        f"  {axis['name']}: {axis['angle_deg']:.5f}°  counts {axis['from_counts']} → {axis['target_counts']}  "
+        f"travel {axis['travel_s']:.3f} s  then {axis['rate_deg_s']:+.8f}°/s, register {axis['velocity_register']}"
+        for axis in answer["axes"]
+    ]
+    lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
+    return "\n".join(lines)
+
+
+def rates_text(answer: Mapping[str, Any]) -> str:
+    """Tracking rates as a few lines."""
+    lines = [f"{answer['target']} at {answer['utc']}"]
+    lines += [
+        f"  {axis['name']}: {axis['angle_deg']:.5f}°  {axis['rate_deg_s']:+.9f}°/s  "
+        f"{axis['rate_counts_s']:+.5f} counts/s  register {axis['velocity_register']}"
+        for axis in answer["axes"]
+    ]
+    return "\n".join(lines)
+
+
+def arrival_text(answer: Mapping[str, Any]) -> str:
+    """An arrival as a line."""
+    return (
+        f"on {answer['target']} at {answer['arrived_utc']} (predicted {answer['arrival_utc']}), "
+        f"{answer['arrival_error_arcsec']:.2f}″ off on landing, {answer['slews']} slew(s)"
+    )
+
+
+def live_line(status: Mapping[str, Any]) -> str:
+    """The telescope in one line."""
+    if "observed" not in status:
+        return f"{status['doing']}: the drive has not answered yet"
+    place, error = status["observed"], status["error_arcsec"]
+    off = "" if error is None else f"  {error:.2f}″ off"
+    return (
+        f"{status['doing']} {status['target'] or ''}  azimuth {place['azimuth_deg']:.4f}°  "
+        f"altitude {place['altitude_deg']:.4f}°{off}"
+    )
+
+
+def status_text(status: Mapping[str, Any]) -> str:
+    """Everything in `status`, a line each."""
+    lines = [f"{status['telescope']} ({status['drive']}) at {status['utc']}", f"  {live_line(status)}"]
+    if "observed" in status:
+        synchronised = "yes" if status["synchronised"] else f"no: {status['unsynchronised_because']}"
+        icrs = status["icrs"]
+        lines += [
+            f"  ICRS {icrs['ra_deg']:.5f}° {icrs['dec_deg']:+.5f}°  posture {status['posture']}",
+            f"  synchronised: {synchronised}",
+            *(
+                f"  {axis['name']}: {axis['angle_deg']:.5f}°  {axis['counts']:.2f} ± {axis['uncertainty_counts']:.1f}"
+                f" counts  {axis['rate_deg_s']:+.6f}°/s{'  slewing' if axis['slewing'] else ''}"
+                for axis in status["axes"]
+            ),
+            (
+                f"  motors {'powered' if status['powered'] else 'in standby'}; moved by {_listed(status['motion'])}; "
+                f"limits {_listed(status['limits'])}; alarms {_listed(status['alarms'])}"
+            ),
+            *(
+                f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}"
+                for check in status["checks"]
+            ),
+            "  corrections in force:",
+            *(f"    {_correction(row)}" for row in status["corrections"]),
+        ]
+    if status["parked"]:
+        lines.append("  parked; `clockdrive unpark` allows motion")
+    lines += [f"  {text}" for text in (status["trouble"], *status["notes"]) if text]
+    return "\n".join(lines)
+
+
+def _correction(row: Mapping[str, Any]) -> str:
+    age = f", {row['age_s']:.0f} s old" if "age_s" in row else ""
+    return f"{row['name']}: {row['value']:.3f} {row['unit']} ({row['origin']}{age})"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"

@@ -1,0 +1,62 @@
+"""From the words of a command line to an exit code."""
+
+import json
+import signal
+import sys
+import traceback
+from collections.abc import Sequence
+
+from clockdrive.answers import refusal
+from clockdrive.cli.commands import COMMANDS, Command
+from clockdrive.cli.parser import parser
+from clockdrive.errors import ClockdriveError, ConfigurationError, InputError
+from clockdrive.parse import shielded
+from mounts.errors import DriveError
+from pointing.errors import PointingError
+from transports.errors import TransportError
+
+DONE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+OUR_ERRORS = (ClockdriveError, PointingError, DriveError, TransportError)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; return its exit code."""
+    words = shielded(sys.argv[1:] if argv is None else argv)
+    args = parser().parse_args(words)
+    command: Command = COMMANDS[args.command]
+    _interrupt_when_terminated()
+    try:
+        command(args)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output went away, as `head` does
+        sys.stderr.close()
+        return FAILED
+    except OUR_ERRORS as error:
+        return _refused(error, as_json=args.json)
+    except Exception:  # noqa: BLE001 - whatever else it is, a person is told what to do with it
+        traceback.print_exc()
+        print("clockdrive: this is a fault of the program; send the lines above and the file that", file=sys.stderr)
+        print("clockdrive: `clockdrive report` writes; the telescope was left safe", file=sys.stderr)
+        return FAILED
+    return DONE
+
+
+def _refused(error: Exception, *, as_json: bool) -> int:
+    reachable = getattr(error, "reachable_utc", None) or getattr(error, "reachable", None)
+    answer = refusal(str(error), reachable)
+    if as_json:
+        print(json.dumps(answer))
+    else:
+        print(f"clockdrive: {error}", file=sys.stderr)
+        if reachable is not None:
+            print(f"clockdrive: it can be reached from {answer['reachable_utc']}", file=sys.stderr)
+    return USAGE if isinstance(error, InputError | ConfigurationError) else FAILED
+
+
+def _interrupt_when_terminated() -> None:
+    """Let a service manager's SIGTERM, and a closed terminal, stop the telescope as Ctrl-C does."""
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)

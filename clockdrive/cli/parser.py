@@ -1,0 +1,96 @@
+"""The grammar of the command line."""
+
+import argparse
+from collections.abc import Callable
+from importlib import metadata
+
+from clockdrive.configuration_keys import DRIVE_KINDS
+
+Adder = Callable[[str, str], argparse.ArgumentParser]
+_TARGET = (
+    "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega), best, altaz:AZ,ALT or "
+    "hadec:H,D (degrees, observed)"
+)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Everything the command line understands."""
+    root = argparse.ArgumentParser(prog="clockdrive", description="Point a telescope.", allow_abbrev=False)
+    root.add_argument("-c", "--config", metavar="FILE", help="configuration file; without it, the embedded simulator")
+    root.add_argument("--version", action="version", version=f"%(prog)s {metadata.version('clockdrive')}")
+    commands = root.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def add(name: str, text: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
+        return command
+
+    def add_with_target(name: str, text: str) -> argparse.ArgumentParser:
+        command = add(name, text)
+        command.add_argument("target", nargs="+", metavar="TARGET", help=_TARGET)
+        return command
+
+    _asking(add_with_target)
+    _moving(add, add_with_target)
+    _correcting(add, add_with_target)
+    _serving(add)
+    _around(add)
+    return root
+
+
+def _asking(add_with_target: Adder) -> None:
+    plan = add_with_target("plan", "show a slew to a target; nothing moves")
+    plan.add_argument("--at", metavar="UTC", help="when the slew would start (default now)")
+    plan.add_argument("--from", dest="start", metavar="C1,C2", help="start counts; no drive is contacted")
+    rates = add_with_target("rates", "tracking rates of both axes and the drive's registers")
+    rates.add_argument("--at", metavar="UTC", help="for which moment (default now)")
+
+
+def _moving(add: Adder, add_with_target: Adder) -> None:
+    goto = add_with_target("goto", "slew to a target, check the arrival, track")
+    ending = goto.add_mutually_exclusive_group()
+    ending.add_argument("--for", dest="duration", metavar="TIME", help="track for 30s, 5m, 1h, then stop")
+    ending.add_argument("--exit", action="store_true", help="return after arrival; the drive goes on tracking")
+    track = add_with_target("track", "slew to a target and track it for a time")
+    track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
+    jog = add("jog", "move one axis at a speed for a time")
+    jog.add_argument("axis", type=int, choices=(1, 2))
+    jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")
+    jog.add_argument("--for", dest="duration", metavar="TIME", required=True, help="for how long")
+    add("home", "go to the centre of both axes")
+    add("park", "go to the park position and stay there")
+    add("unpark", "allow motion again after park")
+    add("stop", "stop everything at once, tracking included")
+
+
+def _correcting(add: Adder, add_with_target: Adder) -> None:
+    sync = add_with_target("sync", "declare that the telescope points at a target now")
+    sync.add_argument("--posture", choices=("normal", "beyond"), help="when it cannot be known from the position")
+    sync.add_argument("--force", action="store_true", help="accept a correction beyond 5°")
+    offset = add("offset", "displace the target: `offset EAST NORTH` in arcseconds, `offset clear NAME`, or show")
+    offset.add_argument("words", nargs="*", metavar="EAST NORTH | clear NAME")
+
+
+def _serving(add: Adder) -> None:
+    status = add("status", "everything that is known now")
+    status.add_argument("--watch", action="store_true", help="every second until Ctrl-C")
+    add("run", "own the telescope in the foreground, for a service manager; other commands attach")
+    drive = add("drive", "the drive's own registers and power")
+    drive.add_argument("action", choices=("show", "power"))
+    drive.add_argument("state", nargs="?", choices=("on", "standby"))
+    simulate = add("simulate", "host a drive simulator")
+    simulate.add_argument("kind", choices=("tc410",))
+    simulate.add_argument(
+        "--listen", default="tcp://127.0.0.1:10001", metavar="URL", help="tcp://HOST:PORT or pty:PATH"
+    )
+
+
+def _around(add: Adder) -> None:
+    config = add("config", "check a configuration")
+    config.add_argument("action", choices=("check",))
+    init = add("init", "write a commented configuration to stdout")
+    init.add_argument("kind", choices=DRIVE_KINDS)
+    init.add_argument("--mount", choices=("equatorial-fork", "german", "altaz-fork"), help="for which mount type")
+    add("header", "FITS cards for an image taken now")
+    report = add("report", "one zip file with what is needed to help")
+    report.add_argument("--output", default="clockdrive-report.zip", metavar="FILE")
