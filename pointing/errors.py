@@ -1,5 +1,10 @@
 """The errors of `pointing`: one base; the text gives the value, the bound and what to do."""
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pointing.limits import Check
+
 
 class PointingError(Exception):
     """Base of all errors of `pointing`."""
@@ -16,8 +21,11 @@ class Unreachable(PointingError):  # noqa: N818 - the word of the refusal
     ----------
     reachable : float or None
         POSIX time at which the target can first be reached; None when not within a day.
+    checks : tuple of Check
+        All that was asked of the quickest way there, failed and passed.
     """
 
-    def __init__(self, reason: str, reachable: float | None = None) -> None:
+    def __init__(self, reason: str, reachable: float | None = None, checks: "tuple[Check, ...]" = ()) -> None:
         super().__init__(reason)
         self.reachable = reachable
+        self.checks = checks

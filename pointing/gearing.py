@@ -29,7 +29,7 @@ class Gearing:
     Raises
     ------
     PointingError
-        The step is not positive.
+        The step is not positive, or the centre is no number.
     """
 
     step_deg: Fraction
@@ -44,6 +44,8 @@ class Gearing:
     def __post_init__(self) -> None:
         if self.step_deg <= 0:
             raise PointingError(f"a step of {self.step_deg}° a count: it must be above 0; check the gears")
+        if not math.isfinite(self.centre_deg):
+            raise PointingError(f"an axis centre at {self.centre_deg}°: give a finite angle")
         sign = -1 if self.reversed else 1
         object.__setattr__(self, "counts_per_radian", sign * float(180 / self.step_deg) / math.pi)
         object.__setattr__(self, "centre", math.radians(self.centre_deg))

@@ -1,8 +1,8 @@
 """Where the telescope may point: the horizon, the zone round the Sun, the travel of each axis.
 
-A *margin* is the angle in radians by which a direction is allowed; negative by how much it is forbidden. Horizon and
-Sun margins never change faster than the direction itself moves, so a path whose next stretch is shorter than the
-margin is proven clear without looking between.
+A *margin* is the angle in radians by which a direction is allowed; negative by how much it is forbidden. *Room* is
+how far one can go from it in any direction and still be allowed: a path whose next stretch is shorter than its room
+is proven clear without looking between. Of the Sun's round zone the margin is the room.
 """
 
 import bisect
@@ -59,29 +59,37 @@ class Horizon:
 
     @classmethod
     def read(cls, path: Path) -> "Horizon":
-        """Read a CSV table with the columns azimuth_deg, altitude_deg.
+        """Read a CSV table with the columns azimuth_deg, altitude_deg, its rows in any order.
+
+        An azimuth of −90° is one of 270°; 360° may repeat 0° to close the table.
 
         Raises
         ------
         PointingError
-            The file cannot be read, or a row is not two numbers; the text names the line.
+            The file cannot be read, a row is not two possible numbers, or an azimuth has two altitudes; the text
+            names the line.
         """
         try:
-            with path.open(newline="", encoding="utf-8") as file:
-                rows = list(csv.DictReader(file))
-        except (OSError, UnicodeDecodeError) as error:
+            with path.open(newline="", encoding="utf-8-sig") as file:
+                table = csv.DictReader(file, skipinitialspace=True)
+                if not {"azimuth_deg", "altitude_deg"} <= set(table.fieldnames or ()):
+                    text = f"horizon file {path}: its first line must name the columns azimuth_deg,altitude_deg"
+                    raise PointingError(text)
+                rows = [(table.line_num, row) for row in table]
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
             raise PointingError(f"horizon file {path}: {error}; check the path in [limits] horizon") from error
-        points = {}
-        for line, row in enumerate(rows, start=2):
-            try:
-                azimuth, altitude = float(row["azimuth_deg"]), float(row["altitude_deg"])
-            except (KeyError, TypeError, ValueError):
-                text = f"horizon file {path}, line {line}: needs the columns azimuth_deg,altitude_deg in numbers"
-                raise PointingError(text) from None
-            if not (math.isfinite(azimuth) and math.isfinite(altitude)):
-                raise PointingError(f"horizon file {path}, line {line}: {azimuth}, {altitude} is not finite")
-            points[math.radians(azimuth % 360.0)] = math.radians(altitude)
-        return cls(tuple(sorted(points.items())))
+        if not rows:
+            raise PointingError(f"horizon file {path} has no rows: give at least one azimuth and altitude")
+        points: dict[float, float] = {}
+        for line, row in rows:
+            where = f"horizon file {path}, line {line}"
+            azimuth, altitude = _row(row["azimuth_deg"], row["altitude_deg"], where)
+            if points.setdefault(azimuth, altitude) != altitude:
+                raise PointingError(
+                    f"{where}: azimuth {azimuth:g}° has two altitudes, {points[azimuth]:g}° and {altitude:g}°; "
+                    f"for a vertical edge move one of them by 0.01°"
+                )
+        return cls(tuple((math.radians(azimuth), math.radians(points[azimuth])) for azimuth in sorted(points)))
 
     def altitude(self, azimuth: float) -> float:
         """The lowest allowed altitude at an azimuth, radians."""
@@ -95,14 +103,19 @@ class Horizon:
         return left + (right - left) * ((azimuth - left_azimuth) % math.tau) / span
 
     def margin(self, observed: Vector) -> float:
-        """By how much a direction clears the horizon, radians; never more than the distance to the nearest edge."""
+        """Altitude of a direction above the lowest allowed there, radians."""
+        x, y, z = observed
+        return math.atan2(z, math.hypot(x, y)) - self.altitude(math.atan2(y, -x))
+
+    def room(self, observed: Vector, floor: float = 0.0) -> float:
+        """How far, radians, one can go from a direction anywhere and still have a margin of `floor` or more."""
         x, y, z = observed
         rho = math.hypot(x, y)
         altitude = math.atan2(z, rho)
-        above_all = altitude - self._highest
+        above_all = altitude - self._highest - floor
         if len(self.altitudes) == 1:
             return above_all
-        here = altitude - self.altitude(math.atan2(y, -x))
+        here = altitude - self.altitude(math.atan2(y, -x)) - floor
         if here <= 0.0:
             return here
         # A step of d changes the altitude by at most d and the azimuth by at most d / cos(altitude); within d ≤ ρ/2
@@ -133,14 +146,40 @@ class Limits:
     horizon: Horizon
     sun_avoidance: float = 0.0
 
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.sun_avoidance <= math.pi:
+            raise PointingError(
+                f"a Sun avoidance of {math.degrees(self.sun_avoidance):g}°: allowed are 0° (none) to 180°"
+            )
+
     def sun_margin(self, observed: Vector, sun: Vector) -> float:
-        """Angle between a direction and the edge of the Sun's zone, radians; infinite where there is no zone."""
+        """Angle from a direction to the edge of the Sun's zone, radians; infinite where there is no zone.
+
+        Parameters
+        ----------
+        observed, sun : Vector
+            Directions in one frame; that of the Sun need not be a unit vector.
+        """
         return separation(observed, sun) - self.sun_avoidance if self.sun_avoidance > 0.0 else math.inf
 
 
 def separation(a: Vector, b: Vector) -> float:
-    """Angle between two unit vectors, radians, exact at any size (after Vincenty)."""
+    """Angle between two vectors of any length, radians, exact at any size (after Vincenty)."""
     ax, ay, az = a
     bx, by, bz = b
     cross = math.hypot(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
     return math.atan2(cross, ax * bx + ay * by + az * bz)
+
+
+def _row(azimuth_text: str | None, altitude_text: str | None, where: str) -> tuple[float, float]:
+    """Azimuth in [0°, 360°) and altitude of one row."""
+    try:
+        azimuth, altitude = float(azimuth_text or ""), float(altitude_text or "")
+    except ValueError:
+        raise PointingError(f"{where}: {azimuth_text!r}, {altitude_text!r} are not two numbers of degrees") from None
+    if not -360.0 <= azimuth <= 360.0 or not -90.0 <= altitude < 90.0:
+        raise PointingError(
+            f"{where}: azimuth {azimuth:g}°, altitude {altitude:g}°; possible are −360° to 360° and −90° to below 90°"
+        )
+    azimuth %= 360.0
+    return (0.0 if azimuth == 360.0 else azimuth), altitude  # the remainder of −1e-20 is 360.0

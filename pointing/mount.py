@@ -62,6 +62,11 @@ class Mount:
         Radians, north positive.
     x, y : float
         The rotation vector of the misalignment, radians.
+
+    Raises
+    ------
+    PointingError
+        The latitude or the misalignment is impossible.
     """
 
     type: MountType
@@ -73,6 +78,11 @@ class Mount:
     _turn: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if not abs(self.latitude) <= math.pi / 2:
+            raise PointingError(f"latitude {math.degrees(self.latitude):g}°: possible are −90° to 90°")
+        if not math.hypot(self.x, self.y) <= math.pi:
+            turns = f"X {math.degrees(self.x):g}°, Y {math.degrees(self.y):g}°"
+            raise PointingError(f"a misalignment of {turns}: possible are 180° together; a mount has a few degrees")
         turned = _transposed(_rodrigues(self.x, self.y))
         altaz = self.type is MountType.ALTAZ_FORK
         rows = turned if altaz else _product(turned, _equator_from_horizon(self.latitude))

@@ -3,9 +3,12 @@
 import math
 from dataclasses import dataclass, replace
 
+from pointing.errors import TargetError
 from pointing.sky import SkyFrame
 from pointing.targets import Target
 from pointing.vectors import Vector
+
+_POLE = 1e-12  # closer than this there is neither east nor north
 
 
 @dataclass(frozen=True)
@@ -18,12 +21,22 @@ class OffsetTarget:
         What is displaced.
     east, north : float
         Radians along the directions of increasing right ascension and declination at the target; together they are
-        the great-circle distance and its direction.
+        the great-circle distance and its direction. At a pole, which has no such directions, east is the horizon's.
+
+    Raises
+    ------
+    TargetError
+        An offset is no number, or more than half a turn.
     """
 
     base: Target
     east: float
     north: float
+
+    def __post_init__(self) -> None:
+        if not math.hypot(self.east, self.north) <= math.pi:
+            east, north = math.degrees(self.east), math.degrees(self.north)
+            raise TargetError(f"an offset of {east:g}° east, {north:g}° north: possible are 180° together")
 
     @property
     def name(self) -> str:
@@ -51,9 +64,12 @@ class OffsetTarget:
         latitude = frame.sky.site.latitude
         pole = (-math.cos(latitude), 0.0, math.sin(latitude))
         across, across_rate = _cross(pole, v), _cross(pole, rate)
-        size = math.hypot(*across) or 1e-300
-        east = _scaled(across, 1.0 / size)
-        east_rate = _scaled(_sum(across_rate, _scaled(east, -_dot(east, across_rate))), 1.0 / size)
+        size = math.hypot(*across)
+        if size < _POLE:
+            east, east_rate = (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
+        else:
+            east = _scaled(across, 1.0 / size)
+            east_rate = _scaled(_sum(across_rate, _scaled(east, -_dot(east, across_rate))), 1.0 / size)
         north = _cross(v, east)
         north_rate = _sum(_cross(rate, east), _cross(v, east_rate))
         cos, sinc = math.cos(distance), math.sin(distance) / distance

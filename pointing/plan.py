@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from pointing.errors import PointingError
 from pointing.gearing import Gearing
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -23,10 +24,14 @@ class Axis:
     minimum: float
     maximum: float
 
-    def windings(self, angle: float) -> Iterator[float]:
-        """Every angle within the limits that is the same direction as `angle`."""
-        wound = angle + math.tau * math.ceil((self.minimum - angle) / math.tau)
-        while wound <= self.maximum:
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):
+            raise PointingError(f"{self.name}: limits of {self.minimum} to {self.maximum} rad; give finite angles")
+
+    def windings(self, angle: float, slack: float = 0.0) -> Iterator[float]:
+        """Every angle within the limits, or `slack` radians outside, that is the same direction as `angle`."""
+        wound = angle + math.tau * math.ceil((self.minimum - slack - angle) / math.tau)
+        while wound <= self.maximum + slack:
             yield wound
             wound += math.tau
 
@@ -38,6 +43,10 @@ class Start:
     time: float
     counts: tuple[float, float]
     rates: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (*self.counts, *self.rates))):
+            raise PointingError(f"a start at {self.counts} counts, {self.rates} counts/s: give finite numbers")
 
 
 @dataclass(frozen=True)

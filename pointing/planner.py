@@ -2,53 +2,51 @@
 
 The arrival and the target are solved together: both axes must end where the target is when the *later* of them lands
 (or each when it lands itself, for a drive whose axes resume tracking one by one). Of the ways to point there, two
-postures and every winding within the axis limits, the quickest whose whole path is allowed is taken.
+postures and every winding within the axis limits, the one that arrives first by an allowed path is taken.
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
-from pointing.errors import Unreachable
+from pointing.errors import PointingError, Unreachable
 from pointing.instant import Instant
 from pointing.limits import Check, Limits
 from pointing.mount import POSTURES, Mount, MountType, Posture
-from pointing.path import SlewPath, horizon_check, sun_check
+from pointing.path import Leg, SlewPath, horizon_check, sun_check
 from pointing.plan import Axis, AxisPlan, AxisState, Plan, Start, Timing
-from pointing.sky import Sky
+from pointing.sky import Sky, SkyFrame
 from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.vectors import Vector
 
-_SEARCH_STEP = 240.0  # s; a target stays reachable or not for far longer
+_SEARCH_STEP = 120.0  # s; what is reachable for less is of no use
 _SEARCH_SPAN = 86_400.0
-_ROUNDS = 6  # the fixed point contracts by rate / speed, below 1e-2 a round for anything that can be tracked
+_ROUNDS = 60  # the fixed point contracts by rate / speed, below 1e-2 a round unless the pole of axis 1 is near
+_FLICKER = 6  # rounds after which a target that goes on changing by one count, tick by tick, stands
+_STRAIGHT = 0.05  # s; for so long a target's rates may be taken as constant
+_UNHURRIED = 60.0  # s; what starting and landing may add to a slew at full speed
 
 
 @dataclass(frozen=True)
 class _Way:
-    """One way to point at a target: posture, wound axis angles and their rates, radians."""
+    """One way to point at a target: posture, wound axis angles and their rates, radians, `known` s after begin.
+
+    `sun` is the Sun's direction then.
+    """
 
     posture: Posture
     angles: tuple[float, float]
     rates: tuple[float, float]
+    sun: Vector
+    known: float = 0.0
+    tracked: float = 0.0  # when the sky was last asked
 
-    def later(self, seconds: float) -> "_Way":
-        """Return the same way a moment later, at constant rates."""
+    def later(self, due: float) -> "_Way":
+        """Return the same way `due` seconds after begin, at constant rates."""
         (a1, a2), (w1, w2) = self.angles, self.rates
-        return _Way(self.posture, (a1 + w1 * seconds, a2 + w2 * seconds), self.rates)
-
-    def counts(self, axes: tuple[Axis, Axis], seconds: tuple[float, float]) -> tuple[int, int]:
-        """Return the counts nearest to where each axis must be so many seconds later."""
-        (a1, a2), (w1, w2) = self.angles, self.rates
-        return (
-            round(axes[0].gearing.counts(a1 + w1 * seconds[0])),
-            round(axes[1].gearing.counts(a2 + w2 * seconds[1])),
-        )
-
-
-def _rates(state: AxisState) -> tuple[float, float]:
-    return state[0][1], state[1][1]
+        seconds = due - self.known
+        return _Way(self.posture, (a1 + w1 * seconds, a2 + w2 * seconds), self.rates, self.sun, due, self.tracked)
 
 
 class Planner:
@@ -75,40 +73,53 @@ class Planner:
         self.mount = mount
         self.axes = axes
         self.limits = limits
+        if math.isnan(past_meridian):
+            raise PointingError("a German window of nan past the meridian: give an angle, or infinity for none")
         self.past_meridian = past_meridian if mount.type is MountType.GERMAN else math.inf
+        low, high = -self.past_meridian, math.pi + self.past_meridian
+        first = replace(axes[0], minimum=max(axes[0].minimum, low), maximum=min(axes[0].maximum, high))
+        self._free = (first, axes[1])
 
     def plan(self, target: Target, start: Start, timing: Timing) -> Plan:
-        """Plan the quickest allowed slew that ends on a target.
+        """Plan the earliest allowed arrival on a target.
 
         Raises
         ------
         Unreachable
             Nothing allowed leads there now; says what forbids it, by how much, and when it will be reachable.
         """
+        best, refused = self._best(target, start, timing)
+        if best is not None:
+            return best
         begin = start.time + timing.latency
-        observed, rate = target.observed_with_rate(self.sky.at(Instant.from_posix(begin)))
-        refused: list[Check] = []
-        for way in self._ways(observed, rate, start, timing):
-            plan = self._solve(target, way, start, timing)
-            refused = [check for check in plan.checks if not check.ok]
-            if not refused:
-                return plan
-        reason = "; ".join(check.detail for check in refused) or self._why_no_way(observed)
-        raise Unreachable(f"{target.name}: {reason}", self.reachable(target, begin))
+        checks = self._no_placement(target, begin) if refused is None else refused.checks
+        reason = "; ".join(check.detail for check in checks if not check.ok)
+        when = self._first(lambda time: self._goes(target, start, timing, time), begin)
+        raise Unreachable(f"{target.name}: {reason}", when, checks)
 
     def plan_axes(self, name: str, angles: tuple[float, float], start: Start, timing: Timing) -> Plan:
         """Plan a slew to fixed axis angles, radians, ending at rest: park, home and jog.
 
         Raises
         ------
+        PointingError
+            An angle or a time is no number.
         Unreachable
-            An angle is outside its limits, or the path is forbidden.
+            An angle is outside its limits, or the path is forbidden; one that begins in a forbidden zone may end in
+            it, less deep.
         """
-        way = _Way(self.mount.posture(angles[1]), angles, (0.0, 0.0))
-        plan = self._assembled(name, way, way.counts(self.axes, (0.0, 0.0)), start, timing)
+        if not all(map(math.isfinite, angles)):
+            raise PointingError(f"{name}: axis angles of {angles} rad: give finite numbers")
+        sun = self._sun(self.sky.at(Instant.from_posix(start.time + timing.latency)))
+        way = _Way(self.mount.posture(angles[1]), angles, (0.0, 0.0), sun)
+        targets = self._counts((way, way))
+        travels = self._travel(targets, start, timing)
+        arrival = Instant.from_posix(start.time + timing.latency + _longer(travels))
+        way = replace(way, sun=self._sun(self.sky.at(arrival)))
+        plan = self._assembled(name, way, sun, targets, travels, start, timing, ends_clear=False)
         refused = [check.detail for check in plan.checks if not check.ok]
         if refused:
-            raise Unreachable(f"{name}: {'; '.join(refused)}")
+            raise Unreachable(f"{name}: {'; '.join(refused)}", checks=plan.checks)
         return plan
 
     def track(self, target: Target, time: float, posture: Posture, near: tuple[float, float]) -> AxisState:
@@ -130,8 +141,10 @@ class Planner:
         tuple
             ((angle, rate) of axis 1, (angle, rate) of axis 2), radians and radians per second.
         """
-        observed, rate = target.observed_with_rate(self.sky.at(Instant.from_posix(time)))
-        (a1, w1), (a2, w2) = self.mount.axes_and_rates(observed, rate, posture)
+        return self._state(target, self.sky.at(Instant.from_posix(time)), posture, near)
+
+    def _state(self, target: Target, frame: SkyFrame, posture: Posture, near: tuple[float, float]) -> AxisState:
+        (a1, w1), (a2, w2) = self.mount.axes_and_rates(*target.observed_with_rate(frame), posture)
         return (_nearest(a1, near[0]), w1), (_nearest(a2, near[1]), w2)
 
     def observed(self, counts: tuple[float, float]) -> Vector:
@@ -158,74 +171,129 @@ class Planner:
         observed, _ = target.observed_with_rate(frame)
         if self.limits.horizon.margin(observed) < 0 or self.limits.sun_margin(observed, frame.sun()) < 0:
             return False
-        return any(True for _ in self._placements(observed))
+        return any(
+            True for posture in POSTURES for _ in self._windings(self.mount.axes(observed, posture), (0.0, 0.0))
+        )
 
     def reachable(self, target: Target, after: float) -> float | None:
         """The first time within a day at which a target stands at an allowed place, to 1 s; None when never.
 
         A target that is allowed already has nothing to wait for: None as well.
         """
-        if self.allowed(target, after):
-            return None
-        steps = int(_SEARCH_SPAN / _SEARCH_STEP)
-        for late in (after + _SEARCH_STEP * k for k in range(1, steps + 1)):
-            if self.allowed(target, late):
-                early, found = late - _SEARCH_STEP, late
+        return None if self.allowed(target, after) else self._first(lambda time: self.allowed(target, time), after)
+
+    def _first(self, allowed: Callable[[float], bool], after: float) -> float | None:
+        """Return the first time within a day at which something is allowed that is not now, to 1 s."""
+        for k in range(1, int(_SEARCH_SPAN / _SEARCH_STEP) + 1):
+            found = after + _SEARCH_STEP * k
+            if allowed(found):
+                early = found - _SEARCH_STEP
                 while found - early > 1.0:
                     middle = (early + found) / 2.0
-                    early, found = (early, middle) if self.allowed(target, middle) else (middle, found)
+                    early, found = (early, middle) if allowed(middle) else (middle, found)
                 return found
         return None
 
-    def _placements(self, observed: Vector) -> Iterator[tuple[Posture, tuple[float, float]]]:
-        for posture in POSTURES:
-            angle1, angle2 = self.mount.axes(observed, posture)
-            for wound1 in self.axes[0].windings(angle1):
-                if -self.past_meridian <= wound1 <= math.pi + self.past_meridian:
-                    for wound2 in self.axes[1].windings(angle2):
-                        yield posture, (wound1, wound2)
+    def _goes(self, target: Target, start: Start, timing: Timing, time: float) -> bool:
+        """Whether a slew from where the axes stand now, begun at a later time, would be allowed."""
+        rested = Start(time, start.counts)
+        return self.allowed(target, time) and self._best(target, rested, timing)[0] is not None
 
-    def _ways(self, observed: Vector, rate: Vector, start: Start, timing: Timing) -> list["_Way"]:
-        """All ways to point at a target, the quickest first; the present posture wins a tie."""
+    def _best(self, target: Target, start: Start, timing: Timing) -> tuple[Plan | None, Plan | None]:
+        """Return the plan that arrives first, or none and the refused plan of what seemed the quickest way."""
+        frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
+        best = refused = None
+        for soonest, way in self._ways(*target.observed_with_rate(frame), self._sun(frame), start, timing):
+            if best is not None and soonest >= best.eta - timing.latency:
+                break
+            plan = self._solve(target, way, soonest, start, timing)
+            if not all(check.ok for check in plan.checks):
+                refused = refused or plan
+            elif best is None or plan.arrival < best.arrival:
+                best = plan
+        return best, refused
+
+    def _ways(
+        self, observed: Vector, rate: Vector, sun: Vector, start: Start, timing: Timing
+    ) -> list[tuple[float, _Way]]:
+        """All ways to point at a target with the least seconds each takes, the quickest first.
+
+        The present posture wins a tie. A way may begin a little outside the limits, if the target is about to enter.
+        """
         here = self.angles(start.counts)
         present = self.mount.posture(here[1])
+        speeds = self._speeds(start, timing)
+        longest = _UNHURRIED + max(
+            (axis.maximum - axis.minimum) / speed for axis, speed in zip(self.axes, speeds, strict=True)
+        )
+        found = []
+        for posture in POSTURES:
+            (angle1, rate1), (angle2, rate2) = self.mount.axes_and_rates(observed, rate, posture)
+            for angles in self._windings((angle1, angle2), (abs(rate1) * longest, abs(rate2) * longest)):
+                way = _Way(posture, angles, (rate1, rate2), sun)
+                # Were axes and target as fast as can be, and towards each other, from the first moment on:
+                soonest = max(
+                    abs(angles[0] - here[0]) / (speeds[0] + abs(rate1)),
+                    abs(angles[1] - here[1]) / (speeds[1] + abs(rate2)),
+                )
+                found.append((soonest, way))
+        return sorted(found, key=lambda each: (each[0], each[1].posture != present))
 
-        def cost(way: _Way) -> tuple[float, bool]:
-            return self._least_time(way, here, timing), way.posture != present
+    def _windings(self, angles: tuple[float, float], slack: tuple[float, float]) -> Iterator[tuple[float, float]]:
+        for wound1 in self._free[0].windings(angles[0], slack[0]):
+            for wound2 in self._free[1].windings(angles[1], slack[1]):
+                yield wound1, wound2
 
-        return sorted(
-            (
-                _Way(posture, angles, _rates(self.mount.axes_and_rates(observed, rate, posture)))
-                for posture, angles in self._placements(observed)
-            ),
-            key=cost,
+    def _speeds(self, start: Start, timing: Timing) -> tuple[float, float]:
+        """Largest speed of each axis during the slew, radians per second."""
+        (one, two), (rate1, rate2) = timing.slew, start.rates
+        return (
+            max(one.max_rate, abs(rate1)) / abs(self.axes[0].gearing.counts_per_radian),
+            max(two.max_rate, abs(rate2)) / abs(self.axes[1].gearing.counts_per_radian),
         )
 
-    def _least_time(self, way: "_Way", here: tuple[float, float], timing: Timing) -> float:
-        """Return the seconds that the longer of both ways would take at full speed."""
-        return max(
-            abs((angle - now) * axis.gearing.counts_per_radian) / model.max_rate
-            for angle, now, axis, model in zip(way.angles, here, self.axes, timing.slew, strict=True)
-        )
-
-    def _solve(self, target: Target, way: "_Way", start: Start, timing: Timing) -> Plan:
+    def _solve(self, target: Target, way: _Way, soonest: float, start: Start, timing: Timing) -> Plan:
         """Solve arrival and target together: travel → where the target is then → travel, until the counts stand."""
-        begin = start.time + timing.latency
-        known = 0.0  # seconds after `begin` at which the angles and rates of `way` hold
-        due = (self._least_time(way, self.angles(start.counts), timing),) * 2
-        targets = (0, 0)
+        begin, sun = start.time + timing.latency, way.sun
+        first = second = way.later(soonest)
+        targets = self._counts((first, second))
+        settled = False
         for turn in range(_ROUNDS):
-            if turn == 1:  # the arrival is known to milliseconds by now: from here the sky is exact
-                known = max(due)
-                (a1, w1), (a2, w2) = self.track(target, begin + known, way.posture, way.angles)
-                way = _Way(way.posture, (a1, a2), (w1, w2))
-            wanted = way.counts(self.axes, (due[0] - known, due[1] - known))
-            if wanted == targets and turn > 1:
+            travels = self._travel(targets, start, timing)
+            due1, due2 = travels[0].duration, travels[1].duration
+            if timing.together:
+                due1 = due2 = min(max(due1, due2), _SEARCH_SPAN)
+            first = self._at(target, begin, due1, first)
+            second = first if due1 == due2 else self._at(target, begin, due2, second)
+            wanted = self._counts((first, second))
+            change = max(abs(wanted[0] - targets[0]), abs(wanted[1] - targets[1]))
+            settled = change <= (turn > _FLICKER)
+            if settled:
                 break
             targets = wanted
-            first, second = (travel.duration for travel in self._travel(targets, start, timing))
-            due = (max(first, second),) * 2 if timing.together else (first, second)
-        return self._assembled(target.name, way.later(max(due) - known), targets, start, timing)
+        later = first if due1 >= due2 else second
+        plan = self._assembled(target.name, later, sun, targets, travels, start, timing)
+        if settled:
+            return plan
+        detail = f"the target runs away nearly as fast as the drive slews, no arrival was found in {_ROUNDS} rounds"
+        return replace(plan, checks=(*plan.checks, Check("arrival", ok=False, detail=detail)))
+
+    def _at(self, target: Target, begin: float, due: float, way: _Way) -> _Way:
+        """Return the way `due` seconds after begin; over more than a moment the rates do not hold, the sky does."""
+        if abs(due - way.tracked) <= _STRAIGHT:
+            return way.later(due)
+        frame = self.sky.at(Instant.from_posix(begin + due))
+        (a1, w1), (a2, w2) = self._state(target, frame, way.posture, way.angles)
+        return _Way(way.posture, (a1, a2), (w1, w2), self._sun(frame), due, due)
+
+    def _counts(self, ways: tuple[_Way, _Way]) -> tuple[int, int]:
+        """Return the counts nearest to axis 1 of the first way and axis 2 of the second."""
+        one, two = self.axes
+        return round(one.gearing.counts(ways[0].angles[0])), round(two.gearing.counts(ways[1].angles[1]))
+
+    def _sun(self, frame: SkyFrame) -> Vector:
+        """Direction of the Sun where it matters, else the zenith."""
+        return frame.sun() if self.limits.sun_avoidance else (0.0, 0.0, 1.0)
 
     def _travel(self, targets: tuple[int, int], start: Start, timing: Timing) -> tuple[Travel, Travel]:
         (one, two), (from1, from2), (rate1, rate2) = timing.slew, start.counts, start.rates
@@ -235,41 +303,51 @@ class Planner:
             two.travel(from2 + rate2 * shift, targets[1], rate2, 0.0),
         )
 
-    def _assembled(self, name: str, way: "_Way", targets: tuple[int, int], start: Start, timing: Timing) -> Plan:
-        """Put together the plan of a way whose angles and rates hold at arrival, with all its checks."""
-        travels = self._travel(targets, start, timing)
-        arrival = start.time + timing.latency + max(travels[0].duration, travels[1].duration)
-        axes = tuple(
-            AxisPlan(axis.name, angle, rate, counts, aim, rate * axis.gearing.counts_per_radian, travel)
-            for axis, angle, rate, counts, aim, travel in zip(
-                self.axes, way.angles, way.rates, start.counts, targets, travels, strict=True
+    def _assembled(
+        self,
+        name: str,
+        way: _Way,
+        sun: Vector,
+        targets: tuple[int, int],
+        travels: tuple[Travel, Travel],
+        start: Start,
+        timing: Timing,
+        *,
+        ends_clear: bool = True,
+    ) -> Plan:
+        """Put together the plan of a way as it is at arrival, with all its checks; `sun` is that of the beginning."""
+        axes, legs = [], []
+        speeds = self._speeds(start, timing)
+        for i, axis in enumerate(self.axes):
+            rate_counts = way.rates[i] * axis.gearing.counts_per_radian
+            axes.append(
+                AxisPlan(axis.name, way.angles[i], way.rates[i], start.counts[i], targets[i], rate_counts, travels[i])
             )
-        )
-        path = SlewPath(self.mount, (self.axes[0].gearing, self.axes[1].gearing), travels)
-        sun = self.sky.at(Instant.from_posix(arrival)).sun()
-        speeds = (timing.slew[0].max_rate, timing.slew[1].max_rate)
+            start_rate = start.rates[i] / axis.gearing.counts_per_radian
+            resumed = 0.0 if timing.together else way.rates[i]
+            legs.append(Leg(axis.gearing, travels[i], speeds[i], start_rate, resumed))
+        path = SlewPath(self.mount, (legs[0], legs[1]), (sun, way.sun))
         return Plan(
             target=name,
             start=start.time,
-            arrival=arrival,
+            arrival=start.time + timing.latency + path.duration,
             posture=way.posture,
             observed=self.mount.observed(*way.angles),
             axes=(axes[0], axes[1]),
             checks=(
                 *self._axis_checks(way.angles),
-                *self._speed_checks(axes, speeds),
-                *path.checks(self.limits, sun, speeds),
+                *self._speed_checks((axes[0], axes[1]), timing),
+                *path.checks(self.limits, ends_clear=ends_clear),
             ),
         )
 
-    def _speed_checks(self, axes: tuple[AxisPlan, ...], speeds: tuple[float, float]) -> Iterator[Check]:
+    def _speed_checks(self, axes: tuple[AxisPlan, AxisPlan], timing: Timing) -> Iterator[Check]:
         """Whether the drive can follow the target once it is there: near the pole of axis 1 it may not."""
-        for axis, speed, setup in zip(axes, speeds, self.axes, strict=True):
-            degrees = abs(setup.gearing.step_deg_float)
-            needed, most = abs(axis.rate_counts) * degrees, speed * degrees
-            ok = needed <= most
+        for axis, model, setup in zip(axes, timing.slew, self.axes, strict=True):
+            degrees = setup.gearing.step_deg_float
+            needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
-            yield Check(f"{axis.name} speed", ok=ok, detail=said)
+            yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
 
     def _axis_checks(self, angles: tuple[float, float]) -> tuple[Check, ...]:
         checks = tuple(
@@ -281,22 +359,30 @@ class Planner:
         low, high = -self.past_meridian, math.pi + self.past_meridian
         return *checks, _within("hour-angle window", "mechanical hour angle", angles[0], low, high)
 
-    def _why_no_way(self, observed: Vector) -> str:
-        """Of all ways to point at a place, the one that misses the axis limits by least, and by how much."""
-        refusals: list[tuple[float, str]] = []
+    def _no_placement(self, target: Target, time: float) -> tuple[Check, ...]:
+        """What forbids a place that no posture and winding reaches: the sky, and the limits missed by least."""
+        frame = self.sky.at(Instant.from_posix(time))
+        observed = target.observed(frame)
+        misses = []
         for posture in POSTURES:
-            angles = self.mount.axes(observed, posture)
-            near = (
-                _nearest(angles[0], (self.axes[0].minimum + self.axes[0].maximum) / 2.0),
-                _nearest(angles[1], (self.axes[1].minimum + self.axes[1].maximum) / 2.0),
+            angle1, angle2 = (
+                _nearest(angle, (axis.minimum + axis.maximum) / 2.0)
+                for angle, axis in zip(self.mount.axes(observed, posture), self._free, strict=True)
             )
-            failed = [check for check in self._axis_checks(near) if not check.ok]
             excess = sum(
                 max(axis.minimum - angle, angle - axis.maximum, 0.0)
-                for axis, angle in zip(self.axes, near, strict=True)
+                for axis, angle in zip(self._free, (angle1, angle2), strict=True)
             )
-            refusals.append((excess, "; ".join(check.detail for check in failed)))
-        return min(refusals)[1]
+            misses.append((excess, (angle1, angle2)))
+        return (
+            horizon_check(self.limits, observed, "now"),
+            sun_check(self.limits, self._sun(frame), observed, "now"),
+            *self._axis_checks(min(misses)[1]),
+        )
+
+
+def _longer(travels: tuple[Travel, Travel]) -> float:
+    return max(travels[0].duration, travels[1].duration)
 
 
 def _within(name: str, what: str, angle: float, low: float, high: float) -> Check:
