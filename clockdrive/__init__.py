@@ -1,5 +1,60 @@
-"""Clockdrive points telescopes: the application layer."""
+"""Clockdrive points telescopes.
+
+    from clockdrive import Telescope
+    with Telescope.open("telescope.toml") as scope:      # or Telescope.simulated("tc410")
+        plan = scope.plan("M1")
+        arrival = scope.goto("M1")
+
+The names below are loaded when they are first used, so that `import clockdrive` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from clockdrive.distribution import verify
 
 verify()
+
+if TYPE_CHECKING:
+    from clockdrive.answers import Answer, PlanAnswer
+    from clockdrive.clock import SystemClock, VirtualClock
+    from clockdrive.configuration import Configuration, load
+    from clockdrive.errors import ClockdriveError, ConfigurationError, OwnedElsewhere, Refused
+    from clockdrive.slewing import Progress
+    from clockdrive.telescope import Telescope
+
+_HOME = {
+    "Answer": "clockdrive.answers",
+    "ClockdriveError": "clockdrive.errors",
+    "Configuration": "clockdrive.configuration",
+    "ConfigurationError": "clockdrive.errors",
+    "OwnedElsewhere": "clockdrive.errors",
+    "PlanAnswer": "clockdrive.answers",
+    "Progress": "clockdrive.slewing",
+    "Refused": "clockdrive.errors",
+    "SystemClock": "clockdrive.clock",
+    "Telescope": "clockdrive.telescope",
+    "VirtualClock": "clockdrive.clock",
+    "load": "clockdrive.configuration",
+}
+
+__all__ = [
+    "Answer",
+    "ClockdriveError",
+    "Configuration",
+    "ConfigurationError",
+    "OwnedElsewhere",
+    "PlanAnswer",
+    "Progress",
+    "Refused",
+    "SystemClock",
+    "Telescope",
+    "VirtualClock",
+    "load",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'clockdrive' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from astropy.time import Time
     from astropy.units import Quantity
 
-    from clockdrive.session import Arrival
+    from clockdrive.slewing import Arrival
 
 
 def utc(time: float) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from clockdrive.errors import InputError
-from clockdrive.session import Progress
+from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
 
 Emit = Callable[[Mapping[str, object]], object]

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from clockdrive import assembly
+from clockdrive.adjusting import Adjusting
 from clockdrive.answers import Answer, PlanAnswer, arrival_answer, plan_answer
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
@@ -18,7 +19,8 @@ from clockdrive.control import control_for
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
 from clockdrive.planning import posix, rates_of, resolve
-from clockdrive.session import Progress, Report, Session
+from clockdrive.session import Session
+from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
 from pointing.mount import Posture
@@ -67,6 +69,8 @@ class Telescope:
         except BaseException:
             self.ownership.release()
             raise
+        self._slewing = Slewing(self._session)
+        self._adjusting = Adjusting(self._session)
         self._control = control_for(self.clock, self._session.cycle)
 
     @classmethod
@@ -125,13 +129,13 @@ class Telescope:
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
         resolved = self._target(target, self.clock.now())
-        arrival = self._control.perform(self._session.goto(resolved, progress))
+        arrival = self._control.perform(self._slewing.goto(resolved, progress))
         return arrival_answer(arrival, self._session.planner)
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
         angles = self._configured("park_deg")
-        plan = self._control.perform(self._session.go_to_angles("park", angles, progress, then="parked"))
+        plan = self._control.perform(self._slewing.to_angles("park", angles, progress, then="parked"))
         self._control.call(lambda: self._store.record_parked(parked=True, time=self.clock.now()))
         return plan_answer(plan, self._session.planner)
 
@@ -141,7 +145,7 @@ class Telescope:
 
     def home(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the centre of both axes and stay there."""
-        plan = self._control.perform(self._session.go_to_angles("home", self._configured("centre_deg"), progress))
+        plan = self._control.perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
         return plan_answer(plan, self._session.planner)
 
     def jog(
@@ -154,7 +158,7 @@ class Telescope:
         """Move axis 1 or 2 at a speed for a time; it cannot go further than that, whatever happens to the host."""
         if axis not in {1, 2}:
             raise Refused(f"axis {axis}: use 1 or 2")
-        steps = self._session.jog(axis - 1, math.radians(deg_s), seconds, progress)
+        steps = self._slewing.jog(axis - 1, math.radians(deg_s), seconds, progress)
         return plan_answer(self._control.perform(steps), self._session.planner)
 
     def stop(self) -> None:
@@ -194,15 +198,15 @@ class Telescope:
     def sync(self, target: "TargetLike", posture: Posture | None = None, *, force: bool = False) -> float:
         """Declare that the telescope points at a target now; returns the correction in degrees."""
         resolved = self._target(target, self.clock.now())
-        return self._control.call(lambda: self._session.sync(resolved, posture, force=force))
+        return self._control.call(lambda: self._adjusting.sync(resolved, posture, force=force))
 
     def offset(self, east_arcsec: float, north_arcsec: float) -> None:
         """Displace this and all later targets on the sky; adds to the offset in force."""
-        self._control.call(lambda: self._session.offset(east_arcsec, north_arcsec))
+        self._control.call(lambda: self._adjusting.offset(east_arcsec, north_arcsec))
 
     def clear(self, correction: str) -> None:
         """Remove a correction by its name in `status`."""
-        self._control.call(lambda: self._session.clear(correction))
+        self._control.call(lambda: self._adjusting.clear(correction))
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""

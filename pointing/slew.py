@@ -35,3 +35,7 @@ class SlewModel(Protocol):
         A drive that can end a slew in motion ends it with `end_rate`; one that cannot lands at rest and ignores it.
         """
         ...
+
+    def limited(self, max_rate: float) -> "SlewModel":
+        """Return the law of the same axis held to a lower top speed, counts per second."""
+        ...

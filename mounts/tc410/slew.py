@@ -15,7 +15,7 @@ tick, except for one gain of 1 unit at the tick where e suffices for the n + 1 s
 series for each phase and a square root for the turning point are all there is: no loop over ticks.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isqrt, sqrt
 from typing import NamedTuple
@@ -331,3 +331,7 @@ class Tc410SlewModel:
         )
         duration = move.ticks * TICK_S + self.landing_s if move.ticks else 0.0
         return Tc410Travel(move, duration, float(target))
+
+    def limited(self, max_rate: float) -> "Tc410SlewModel":
+        """Return the law of the same axis with its maximum speed register lowered to at most `max_rate`."""
+        return replace(self, max_velocity=max(0x100, int(max_rate / COUNTS_PER_SECOND) & ~0xFF))

@@ -1,0 +1,112 @@
+"""What a person corrects: the position by `sync`, the place on the sky by offsets."""
+
+import math
+
+from clockdrive.corrections import OFFSETS
+from clockdrive.errors import Refused
+from clockdrive.pursuit import Pursuit
+from clockdrive.session import Session
+from clockdrive.state import Correction, Synchronisation
+from pointing.mount import Posture
+from pointing.offset import OffsetTarget
+from pointing.targets import Target
+
+_LARGEST_OFFSET_ARCSEC = 3600.0
+_LARGEST_SYNC_DEG = 5.0  # a sync beyond this asks for confirmation
+_SYNC_UNCERTAINTY_ARCSEC = 1.0  # counts are whole
+
+
+class Adjusting:
+    """Corrects the telescope of a session.
+
+    Parameters
+    ----------
+    session : Session
+        Whose position and target are corrected.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def sync(self, target: Target, posture: Posture | None, *, force: bool) -> float:
+        """Declare that the telescope points at a target now; return the correction of the larger axis, degrees.
+
+        Raises
+        ------
+        Refused
+            It slews; the mount cannot point there; or the correction is beyond 5° and `force` is not given.
+        """
+        session, planner = self._session, self._session.planner
+        session.require_free(parked=True)
+        reading = session.poll() or session.reading
+        if reading is None:
+            raise Refused("the drive has not answered yet; try again in a moment")
+        now = session.clock.now()
+        here = planner.angles((reading.axes[0].counts, reading.axes[1].counts))
+        trusted = not reading.unsynchronised
+        side = posture or (planner.mount.posture(here[1]) if trusted else "normal")
+        (angle1, _), (angle2, _) = planner.track(target, now, side, here if trusted else self._middle())
+        moved = math.degrees(max(abs(angle1 - here[0]), abs(angle2 - here[1])))
+        if trusted and moved > _LARGEST_SYNC_DEG and not force:
+            raise Refused(
+                f"a sync on {target.name} would move the position by {moved:.2f}°, more than {_LARGEST_SYNC_DEG:g}°: "
+                "check the target, or say --force"
+            )
+        failed = [check.detail for check in planner.standing((angle1, angle2), now) if not check.ok]
+        if failed:
+            raise Refused(f"the telescope cannot point at {target.name} now: {'; '.join(failed)}")
+        counts = planner.axes[0].gearing.counts(angle1), planner.axes[1].gearing.counts(angle2)
+        session.drive.sync(counts, now)
+        session.store.record_synchronisation(
+            Synchronisation(now, counts, _SYNC_UNCERTAINTY_ARCSEC, f"sync on {target.name}")
+        )
+        session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″")
+        session.taken(session.drive.read(session.clock.now()))
+        if session.pursuit is not None:
+            session.pursuit = Pursuit(planner, session.pursuit.target, side, (angle1, angle2))
+        return moved
+
+    def _middle(self) -> tuple[float, float]:
+        one, two = self._session.planner.axes
+        return (one.minimum + one.maximum) / 2.0, (two.minimum + two.maximum) / 2.0
+
+    def offset(self, east_arcsec: float, north_arcsec: float) -> None:
+        """Add to the person's offsets; the target in pursuit moves with them.
+
+        Raises
+        ------
+        Refused
+            A total is beyond a degree: that is another target.
+        """
+        store, now = self._session.store, self._session.clock.now()
+        values = {correction.name: correction.value for correction in store.corrections()}
+        totals = [values.get(name, 0.0) + add for name, add in zip(OFFSETS, (east_arcsec, north_arcsec), strict=True)]
+        for name, total in zip(OFFSETS, totals, strict=True):
+            if not abs(total) <= _LARGEST_OFFSET_ARCSEC:
+                raise Refused(f"{name} of {total:g}″: at most ±{_LARGEST_OFFSET_ARCSEC:g}″; `goto` another target")
+        for name, total in zip(OFFSETS, totals, strict=True):
+            store.set_correction(Correction(name, total, "arcsec", "offset command", now))
+        self._displace_pursuit()
+
+    def clear(self, name: str) -> None:
+        """Remove a correction that a person made, or both offsets by the name `offset`.
+
+        Raises
+        ------
+        Refused
+            No such correction can be removed.
+        """
+        store = self._session.store
+        names = OFFSETS if name == "offset" else (name,)
+        cleared = [each for each in names if store.clear_correction(each)]
+        if not cleared:
+            known = ", ".join(correction.name for correction in store.corrections()) or "none"
+            raise Refused(f"no correction {name!r} to clear; of those that a person made there is {known}")
+        self._displace_pursuit()
+
+    def _displace_pursuit(self) -> None:
+        session = self._session
+        if session.pursuit is not None:
+            target = session.pursuit.target
+            base = target.base if isinstance(target, OffsetTarget) else target
+            session.pursuit = session.pursuit.moved_to(session.displaced(base))

@@ -1,0 +1,214 @@
+"""The commands that take time: goto, park, home, jog. Each is a run of steps in the control loop's foreground."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from clockdrive.control import Steps
+from clockdrive.errors import Refused
+from clockdrive.pursuit import Pursuit
+from clockdrive.session import Session
+from clockdrive.state import Activity
+from mounts.drive import AxisSlew
+from mounts.errors import DriveError
+from pointing.plan import Plan, Timing
+from pointing.targets import Target
+from transports.errors import TransportError
+
+_SLEW_PERIOD_S = 0.25
+_LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
+_LANDING_WINDOW_S = 0.4
+_ABSORBED_ARCSEC = 60.0  # an error on arrival that tracking closes by itself
+_SETTLED_COUNTS = 2.0
+_SETTLING_PERIOD_S = 0.5
+_SETTLE_S = 15.0
+_MOST_SLEWS = 4
+_LINK_LOST_S = 15.0  # after which a slew is given up; the drive ends it by itself
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A slew under way."""
+
+    target: str
+    remaining_s: float
+    eta_s: float
+    counts: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A slew that ended on its target.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the first slew.
+    arrived : float
+        POSIX seconds at which both axes had landed.
+    error_arcsec : float
+        Distance on the sky between telescope and target then.
+    slews : int
+        1 when the first one hit.
+    """
+
+    plan: Plan
+    arrived: float
+    error_arcsec: float
+    slews: int
+
+
+Report = Callable[[Progress], None]
+
+
+class Slewing:
+    """Moves the telescope of a session.
+
+    Parameters
+    ----------
+    session : Session
+        Reads, checks and stops it meanwhile.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def goto(self, target: Target, report: Report) -> Steps[Arrival]:
+        """Slew to a target and track it; slew again only when the first did not hit.
+
+        Raises
+        ------
+        Refused, Unreachable
+            Not now, or not there; where it had begun, the telescope was stopped.
+        """
+        session = self._session
+        session.require_free()
+        plans: list[Plan] = []
+        error = math.inf
+        while error > _ABSORBED_ARCSEC:
+            if len(plans) == _MOST_SLEWS:
+                off = f"still {error:.0f}″ off after {_MOST_SLEWS} slews"
+                session.halt(f"{target.name}: {off}; check gears, clutches and what blocks the telescope")
+            plans.append(session.plan(target))
+            yield from self._slew(plans[-1], "slewing", report)
+            landed = session.synchronised()
+            pursuit = session.pursue(target, plans[-1])
+            error = pursuit.error_arcsec(landed)
+        yield from self._settle(pursuit)
+        session.note("arrived", f"{target.name}, {error:.1f}″ off on landing, {len(plans)} slew(s)")
+        return Arrival(plans[0], landed.time, error, len(plans))
+
+    def to_angles(self, name: str, angles: tuple[float, float], report: Report, then: str = "idle") -> Steps[Plan]:
+        """Slew to axis angles, radians, and stay there: park and home.
+
+        Raises
+        ------
+        Refused, Unreachable
+            As for `goto`.
+        """
+        session = self._session
+        session.require_free(parked=True)
+        plan = session.planner.plan_axes(name, angles, session.start(), session.timing())
+        yield from self._slew(plan, "slewing", report)
+        self._require_landed(plan)
+        session.now_doing(then)
+        return plan
+
+    def jog(self, axis: int, rate: float, seconds: float, report: Report) -> Steps[Plan]:
+        """Move one axis, 0 or 1, at `rate` radians a second for a time: a slew that cannot go further than that.
+
+        Raises
+        ------
+        Refused, Unreachable
+            The speed is impossible, or as for `goto`.
+        """
+        session = self._session
+        session.require_free()
+        start, timing = session.start(), session.timing()
+        angles = list(session.planner.angles(start.counts))
+        angles[axis] += rate * seconds
+        per_radian = abs(session.planner.axes[axis].gearing.counts_per_radian)
+        speed, most = abs(rate) * per_radian, timing.slew[axis].max_rate
+        if not 0.0 < speed <= most:
+            highest = math.degrees(most / per_radian)
+            raise Refused(f"a jog at {math.degrees(rate):g}°/s: axis {axis + 1} goes above 0 up to {highest:.3f}°/s")
+        plan = session.planner.plan_axes(
+            f"jog of axis {axis + 1}", (angles[0], angles[1]), start, _limited(timing, axis, speed)
+        )
+        yield from self._slew(plan, "jogging", report, {axis: speed})
+        self._require_landed(plan)
+        session.now_doing("idle")
+        return plan
+
+    def _slew(self, plan: Plan, doing: str, report: Report, speeds: dict[int, float] | None = None) -> Steps[None]:
+        session, speeds = self._session, speeds or {}
+        one, two = plan.axes
+        session.begin(
+            Activity(
+                doing,
+                plan.start,
+                plan.arrival,
+                (one.from_counts, two.from_counts),
+                (one.target_counts, two.target_counts),
+                plan.target,
+            )
+        )
+        slews = [AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i)) for i, axis in enumerate(plan.axes)]
+        try:
+            session.drive.start(slews, session.clock.now())
+            session.remember()
+            yield from self._landing(plan, report)
+        except (DriveError, TransportError) as error:
+            session.stop_and_fail(str(error))
+            raise
+
+    def _landing(self, plan: Plan, report: Report) -> Steps[None]:
+        session = self._session
+        while True:
+            left = plan.arrival - session.clock.now()
+            far = left > _LANDING_WINDOW_S or left < -_LANDING_WINDOW_S
+            yield min(_SLEW_PERIOD_S, abs(left) - _LANDING_WINDOW_S + _LANDING_PERIOD_S) if far else _LANDING_PERIOD_S
+            reading = session.poll()
+            if reading is None:
+                self._give_up_on_silence()
+                continue
+            counts = reading.axes[0].counts, reading.axes[1].counts
+            report(Progress(plan.target, max(0.0, plan.arrival - reading.time), plan.eta, counts))
+            if not any(axis.slewing for axis in reading.axes):
+                return
+
+    def _give_up_on_silence(self) -> None:
+        session = self._session
+        since = session.link_lost_since
+        if since is not None and session.clock.now() - since > _LINK_LOST_S:
+            why = f"the drive has not answered for {_LINK_LOST_S:.0f} s; it ends its slew by itself. Check the link"
+            session.fail(why)
+            raise Refused(why)
+
+    def _settle(self, pursuit: Pursuit) -> Steps[None]:
+        """Let tracking close what is left."""
+        session = self._session
+        deadline = session.clock.now() + _SETTLE_S
+        while session.pursuit is pursuit:
+            session.drive.follow(pursuit, session.clock.now())
+            if max(map(abs, pursuit.errors(session.synchronised()))) <= _SETTLED_COUNTS:
+                return
+            if session.clock.now() > deadline:
+                session.note("tracking", "the telescope does not settle on the target; check balance and clutches")
+                return
+            yield _SETTLING_PERIOD_S
+            session.poll()
+
+    def _require_landed(self, plan: Plan) -> None:
+        """A slew that ends at rest must end where it was sent."""
+        reading = self._session.synchronised()
+        for axis, read in zip(plan.axes, reading.axes, strict=False):
+            off = abs(read.counts - axis.target_counts)
+            if off > _SETTLED_COUNTS + read.uncertainty_counts:
+                self._session.halt(f"{plan.target}: {axis.name} ended {off:.0f} counts short; check what blocks it")
+
+
+def _limited(timing: Timing, axis: int, rate: float) -> Timing:
+    models = list(timing.slew)
+    models[axis] = models[axis].limited(rate)
+    return replace(timing, slew=(models[0], models[1]))
