@@ -4,23 +4,24 @@ The unit's own registers govern how it moves, so acceleration, deceleration and 
 with; a configuration that differs is listed in `notes`. What only the host uses, gearing and soft limits, is the
 configuration's; the soft limits are written to the unit and read back before anything moves.
 
-A position may be wrong after a power-cycle. The unit's volatile target registers hold what was last written to them:
-they are the boot cookie. When they changed, or the position is further from the last one than the top speed explains,
-the position is unsynchronised until `sync`.
+Everything that a command would write is checked before the first of it is sent. What a write left in the unit is
+noted only when the unit has acknowledged it, so that a command cut short can be given again.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
-from mounts.tc410.calibration import AxisWatch, Learnt, learn
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name, of_axis
+from mounts.tc410.calibration import Learnt
+from mounts.tc410.landing import Landing
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name
 from mounts.tc410.settings import TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
+from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
 from mounts.tc410.tracking import BEAT_S, TrackedAxis
+from mounts.tc410.trust import Trust
 from mounts.tc410.unit import Unit, Values
 from transports.modbus_ascii import ModbusAscii
 
@@ -29,15 +30,54 @@ _SLEW, _REMOTE, _TRACK = (
     by_name("velocity_control").mask(name) for name in ("slew_to_target", "remote_control", "tracking")
 )
 _ALARMS = {"supply_shut_down", "supply_over_current", "supply_over_voltage", "supply_under_voltage"}
-_LOST = (
-    "the drive was power-cycled: its target registers no longer hold what was last written; `sync` on a known star"
-)
-_NEVER = "the position of this drive was never synchronised; `sync` on a known star"
+_HANDS = {"remote_control", "paddle", "joystick", "analogue_autoguider", "digital_autoguider"}
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
 _CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
-_START_EXCHANGES = 6  # requests of a start, up to the one that sets both axes in motion
-_GRACE_S = 0.5  # by which a slew that was never seen to run counts as over
-_TIMEOUT_S = 5.0  # by which a slew that goes on has failed
+_WRITE_CHARACTERS = 27  # of the request that writes a pair
+_START_EXCHANGES = 9  # of a start: three reads, two writes of words and four of pairs
+_START_CHARACTERS = 3 * (17 + 27) + 2 * 17 + 17 + 4 * (27 + 17)  # up to the end of the last request
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """One look at the unit."""
+
+    positions: tuple[Values, Values]
+    state: Values
+
+    @property
+    def counts(self) -> tuple[float, float]:
+        one, two = (values[f"axis{axis}_position"] for axis, values in zip(_AXES, self.positions, strict=True))
+        return one, two
+
+    @property
+    def slewing(self) -> tuple[bool, bool]:
+        running = self._asserted("slew_flags")
+        return "axis1_slewing" in running, "axis2_slewing" in running
+
+    @property
+    def motion(self) -> tuple[str, ...]:
+        return self._asserted("movement_flags")
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        return self._asserted("limit_flags")
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        return tuple(sorted(_ALARMS.intersection(self._asserted("supply_flags"))))
+
+    @property
+    def powered(self) -> bool:
+        return "motor_power_enabled" in self._asserted("supply_flags")
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether something but slew and tracking moves the telescope, or hinders it."""
+        return bool(_HANDS.intersection(self.motion) or self.limits or self.alarms or not self.powered)
+
+    def _asserted(self, register: str) -> tuple[str, ...]:
+        return by_name(register).asserted(int(self.state[register]))
 
 
 class TC410:
@@ -64,29 +104,22 @@ class TC410:
     ) -> None:
         self._unit = Unit(modbus, settings.baud)
         self._settings = settings
-        self._memory = dict(memory)
         self._remember = remember
-        stored = memory.get("learnt")
-        self._learnt = Learnt.from_json(stored if isinstance(stored, Mapping) else {})
-        self._unsynchronised = str(memory.get("unsynchronised", _NEVER))
-        self._uncertainty = float(memory.get("uncertainty_counts", 0.0))  # type: ignore[arg-type]
-        self._lowered: dict[str, float] = dict(memory.get("restore") or {})  # type: ignore[call-overload]
+        self._trust = Trust(memory)
+        self._learnt = Learnt.from_json(memory.get("learnt"))
+        lowered = memory.get("restore")
+        self._lowered: dict[str, float] = dict(lowered) if isinstance(lowered, Mapping) else {}
         self._notes: list[str] = []
         self._models: tuple[Tc410SlewModel, Tc410SlewModel] | None = None
         self._control = 0
-        self._cookie: list[list[int]] | None = None
-        self._tracked: tuple[TrackedAxis, TrackedAxis] | None = None
-        self._watches: tuple[AxisWatch, AxisWatch] | None = None
-        self._due = -math.inf  # when the slew under way ought to end
-        self._seen_slewing = False
-        self._exchange_s = 0.0
         self._last: Reading | None = None
-
-    # What it is ------------------------------------------------------------------------------------------------
+        self._slew: SlewWatch | None = None
+        self._landing: Landing | None = None
+        self._tracked: tuple[TrackedAxis, TrackedAxis] | None = None
 
     @property
     def capabilities(self) -> Capabilities:
-        """A position, a stop, rates on both axes; no path nodes; tracks on alone."""
+        """It has a position and a stop, and tracks on when the host is gone."""
         return Capabilities(
             has_position=True,
             can_stop=True,
@@ -101,13 +134,17 @@ class TC410:
         """The landing law of both axes with the unit's registers and all that has been learnt."""
         if self._models is None:
             raise DriveRefused("the drive is not connected; connect first")
-        return self._models
+        one, two = (
+            replace(model, acceleration_scale=known.acceleration_scale, landing_s=known.landing_s)
+            for model, known in zip(self._models, self._learnt.axes, strict=True)
+        )
+        return one, two
 
     @property
     def start_latency(self) -> float:
         """Seconds from `start` to the motion: as learnt, else at the pace of the exchanges seen so far."""
         known = self._learnt.start_latency_s
-        return _START_EXCHANGES * self._exchange_s if known is None else known
+        return self._unit.burst_s(_START_EXCHANGES, _START_CHARACTERS) if known is None else known
 
     @property
     def axes_land_together(self) -> bool:
@@ -117,12 +154,7 @@ class TC410:
     @property
     def memory(self) -> Mapping[str, object]:
         """Position, boot cookie, registers to restore, and all that has been learnt."""
-        return self._memory | {
-            "learnt": self._learnt.as_json(),
-            "unsynchronised": self._unsynchronised,
-            "uncertainty_counts": self._uncertainty,
-            "restore": dict(self._lowered),
-        }
+        return {**self._trust.as_json(), "learnt": self._learnt.as_json(), "restore": dict(self._lowered)}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -138,7 +170,13 @@ class TC410:
     # Connecting ------------------------------------------------------------------------------------------------
 
     def connect(self, time: float, *, make_safe: bool) -> Reading:
-        """Identify the unit, find its position format, judge its position, write its soft limits."""
+        """Identify the unit, find its position format, judge its position, write its soft limits.
+
+        Raises
+        ------
+        WrongProtocol, DriveRefused
+            No TC410 answers; it contradicts the configuration, has no motor drives or does not keep its limits.
+        """
         self._control = identify(self._unit)
         if make_safe:
             self.stop(time)
@@ -146,164 +184,132 @@ class TC410:
             self._write_control(self._control & ~(_SLEW | _REMOTE))
         self._unit.position_format = find_position_format(self._unit, self._settings.position_format)
         self._restore_speed()
-        self._models, self._notes = read_models(self._unit, self._settings, self._learnt)
-        self._judge_position(time)
-        self._leave_cookie()
+        self._read_models()
+        seen = self._look()
+        self._leave_cookie(seen.counts)
         write_soft_limits(self._unit, self._settings)
-        reading = self.read(time)
-        self._exchange_s = (reading.time - time) / self._unit.exchanges
-        if self._control & _TRACK:
-            self._take_over_tracking(reading)
-        return reading
+        self._tracked = self._left_tracking(seen)
+        return self.read(time)
 
-    def _restore_speed(self) -> None:
-        for name, value in self._lowered.items():
-            self._unit.write(name, value)
-        self._lowered = {}
+    def _read_models(self) -> None:
+        models, self._notes = read_models(self._unit, self._settings)
+        self._models = models
 
-    def _judge_position(self, time: float) -> None:
-        """Compare the unit with what was last known of it."""
-        last, cookies = self._memory.get("position"), self._memory.get("cookies")
-        if self._unsynchronised or not isinstance(last, list) or not isinstance(cookies, list):
-            return
-        values = self._position(1), self._position(2)
-        if not all(words in kept for words, kept in zip(_targets_in(values), cookies, strict=True)):
-            self._lose(_LOST)
-            return
-        elapsed = max(0.0, time - float(self._memory["time"]))  # type: ignore[arg-type]
-        for axis, value, before, model in zip(_AXES, values, last, self.slew_models, strict=True):
-            moved = abs(value[f"axis{axis}_position"] - before)
-            if moved > model.max_rate * elapsed + 2.0:
-                self._lose(
-                    f"axis {axis} stands {moved:.0f} counts from where it was {elapsed:.0f} s ago, "
-                    "more than its top speed explains; `sync` on a known star"
-                )
+    def _left_tracking(self, seen: _Seen) -> tuple[TrackedAxis, TrackedAxis] | None:
+        """The dead reckoning of a drive that is tracking already."""
+        if not self._control & _TRACK:
+            return None
+        velocities = [self._axis_register(axis, "tracking_velocity") for axis in _AXES]
+        return self._tracked_from(seen, (int(velocities[0]), int(velocities[1])))
 
-    def _leave_cookie(self) -> None:
-        """Write target registers that power-up would not leave behind."""
-        targets = [int(self._position(axis)[f"axis{axis}_position"]) for axis in _AXES]
-        self._write_targets([target ^ 1 if target == CENTRE else target for target in targets])
-
-    def _take_over_tracking(self, reading: Reading) -> None:
-        """Go on from a drive that was left tracking."""
-        velocities = [
-            int(self._unit.read(f"axis{axis}_tracking_velocity")[f"axis{axis}_tracking_velocity"]) for axis in _AXES
-        ]
+    def _tracked_from(self, seen: _Seen, velocities: tuple[int, int]) -> tuple[TrackedAxis, TrackedAxis]:
         one, two = (
-            TrackedAxis(axis.counts, reading.time, velocity, model.acceleration << 8)
-            for axis, velocity, model in zip(reading.axes, velocities, self.slew_models, strict=True)
+            TrackedAxis(counts + 0.5, values.time, velocity, model.acceleration << 8)
+            for counts, values, velocity, model in zip(
+                seen.counts, seen.positions, velocities, self.slew_models, strict=True
+            )
         )
-        self._tracked = (one, two)
+        return one, two
+
+    def _leave_cookie(self, counts: tuple[float, float]) -> None:
+        """Write target registers that power-up would not leave behind."""
+        self._write_targets([int(here) ^ (1 if here == CENTRE else 0) for here in counts])
 
     # Reading ---------------------------------------------------------------------------------------------------
 
     def read(self, time: float) -> Reading:
-        """Positions, flags and alarms; the position is lost when the boot cookie is.
+        """Positions, flags and alarms, all as of one moment; the position is lost when the boot cookie is.
 
         Raises
         ------
         DriveRefused
             A slew goes on long after it should have ended; it was stopped.
         """
-        values = self._position(1), self._position(2)
-        state = self._unit.read("slew_flags", "supply_flags")
-        self._check_cookie(values)
-        supply = set(by_name("supply_flags").asserted(int(state["supply_flags"])))
-        powered = "motor_power_enabled" in supply
-        if not powered:
-            widest = max(axis.counts_per_step for axis in self._settings.axes)
-            self._uncertainty = max(self._uncertainty, _STANDBY_STEPS * widest)
-        running = set(by_name("slew_flags").asserted(int(state["slew_flags"])))
-        slewing = ("axis1_slewing" in running, "axis2_slewing" in running)
-        self._see_slew(values, slewing, state.time)
+        seen = self._look()
+        self._see_slew(seen)
         reading = Reading(
-            time=state.time,
-            axes=tuple(
-                self._axis_reading(i, values[i], state.time, slewing=self._watches is not None or slewing[i])
-                for i in (0, 1)
-            ),
-            motion=by_name("movement_flags").asserted(int(state["movement_flags"])),
-            limits=by_name("limit_flags").asserted(int(state["limit_flags"])),
-            alarms=tuple(sorted(supply & _ALARMS)),
-            powered=powered,
+            time=seen.state.time,
+            axes=tuple(self._axis_reading(i, seen) for i in (0, 1)),
+            motion=seen.motion,
+            limits=seen.limits,
+            alarms=seen.alarms,
+            powered=seen.powered,
             tracking=bool(self._control & _TRACK),
-            unsynchronised=self._unsynchronised,
+            unsynchronised=self._trust.unsynchronised,
         )
         self._last = reading
-        counts = [values[i][f"axis{axis}_position"] for i, axis in enumerate(_AXES)]
-        self._memory |= {"position": counts, "time": reading.time}
-        if self._watches is not None and time > self._due + _TIMEOUT_S:
+        if self._slew is not None and time > self._slew.due + TIMEOUT_S:
+            late = time - self._slew.due
             self.stop(time)
             raise DriveRefused(
-                f"the slew goes on {time - self._due:.1f} s after it should have ended; it was stopped. "
+                f"the slew goes on {late:.1f} s after it should have ended; it was stopped. "
                 "Check that nothing blocks the telescope, then go again"
             )
         return reading
 
-    def _position(self, axis: int) -> Values:
-        return self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position")
+    def _look(self) -> _Seen:
+        """Read the unit, and judge at once whether its position can be trusted."""
+        one, two = (self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position") for axis in _AXES)
+        seen = _Seen((one, two), self._unit.read("slew_flags", "supply_flags"))
+        if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
+            self._slew = self._landing = self._tracked = None
+        if not seen.powered:
+            self._trust.may_be_off(_STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes))
+        return seen
 
-    def _check_cookie(self, values: tuple[Values, Values]) -> None:
-        if self._cookie is not None and _targets_in(values) != self._cookie and not self._unsynchronised:
-            self._lose(_LOST)
+    def _axis_reading(self, i: int, seen: _Seen) -> AxisReading:
+        """One axis, carried from its own moment to that of the flags."""
+        counts, at, time = seen.counts[i], seen.positions[i], seen.state.time
+        slewing = self._slew is not None or seen.slewing[i]
+        uncertainty = self._trust.uncertainty_counts
+        if self._slew is not None and seen.slewing[i]:
+            law = self._slew.axes[i]
+            moved = law.position(time) - law.position(at.time)
+            blur = 0.5 + abs(law.rate(time)) * (at.late_s + seen.state.late_s)
+            return AxisReading(counts + 0.5 + moved, uncertainty + blur, law.rate(time), slewing)
+        rate = 0.0
+        if self._tracked is not None and self._slew is None:
+            tracked = self._tracked[i]
+            tracked.observe(counts, at.time, at.late_s)
+            if not seen.disturbed:
+                return AxisReading(tracked.at(time), uncertainty + tracked.margin, tracked.rate, slewing)
+        if seen.motion:
+            rate = self._axis_register(i + 1, "velocity") * COUNTS_PER_SECOND
+        return AxisReading(counts + 0.5 + rate * (time - at.time), uncertainty + 0.5, rate, slewing)
 
-    def _lose(self, why: str) -> None:
-        self._unsynchronised = why
-        self._tracked = None
-        self._watches = None
+    def _axis_register(self, axis: int, name: str) -> float:
+        return self._unit.read(f"axis{axis}_{name}")[f"axis{axis}_{name}"]
 
-    def _axis_reading(self, i: int, values: Values, time: float, *, slewing: bool) -> AxisReading:
-        counts = values[f"axis{i + 1}_position"]
-        if self._tracked is None:
-            return AxisReading(counts + 0.5, self._uncertainty + 0.5, 0.0, slewing)
-        tracked = self._tracked[i]
-        tracked.observe(counts, values.time)
-        rate = tracked.velocity * COUNTS_PER_SECOND
-        return AxisReading(tracked.at(time), self._uncertainty + 0.5, rate, slewing)
+    def _see_slew(self, seen: _Seen) -> None:
+        """Follow a slew under way, take up the dead reckoning where it has landed, and learn from it."""
+        if self._slew is not None:
+            self._slew.see(seen.counts, seen.positions, seen.state, seen.slewing)
+            self._slew.disturbed |= seen.disturbed
+            if self._slew.is_over(seen.counts, seen.state.time, seen.slewing):
+                self._land(self._slew, seen)
+        elif self._landing is not None:
+            if seen.disturbed:
+                self._landing = None
+            elif self._landing.is_settled(seen.state.time):
+                self._learn()
 
-    def _see_slew(self, values: tuple[Values, Values], slewing: tuple[bool, bool], time: float) -> None:
-        """Follow a slew under way, and take up the dead reckoning where it has landed."""
-        watches = self._watches
-        if watches is None:
-            return
-        for i, watch in enumerate(watches):
-            counts = values[i][f"axis{i + 1}_position"]
-            watch.see(counts, time, slewing=slewing[i], other_slewing=slewing[1 - i])
-        self._seen_slewing |= any(slewing)
-        at_target = all(
-            abs(values[i][f"axis{i + 1}_position"] - watch.target) <= 1.0 for i, watch in enumerate(watches)
-        )
-        if any(slewing) or not (self._seen_slewing or at_target or time > self._due + _GRACE_S):
-            return
-        self._watches = None
-        if at_target or all(self._landed_near(i, watches[i], values[i], time) for i in (0, 1)):
-            self._learnt = learn(self._learnt, watches)
-            self._models = self._with_learnt()
-        if self._control & _TRACK:
-            landed = [watch.began + (watch.landed_after or watch.travel.duration) for watch in watches]
-            if self.axes_land_together:
-                landed = [max(landed)] * 2
-            one, two = (self._tracked_from(i, watches[i], values[i], landed[i]) for i in (0, 1))
-            self._tracked = (one, two)
+    def _land(self, slew: SlewWatch, seen: _Seen) -> None:
+        self._slew = None
+        undisturbed = slew.is_undisturbed(seen.counts, seen.positions)
+        if undisturbed:
+            self._learnt = self._learnt.idled(slew.axes)
+        landing = Landing.of(slew, tracking=bool(self._control & _TRACK), together=self.axes_land_together)
+        self._tracked = landing.tracked
+        self._landing = landing if undisturbed else None
+        if set(slew.targets) == {CENTRE}:  # what power-up leaves behind as well: no cookie
+            self._write_control(self._control & ~_SLEW)
+            self._leave_cookie((CENTRE, CENTRE))
 
-    def _landed_near(self, i: int, watch: AxisWatch, values: Values, time: float) -> bool:
-        """Whether an axis stands where an undisturbed slew would have left it."""
-        gone = abs(watch.rate_after) * (time - watch.began)
-        return abs(values[f"axis{i + 1}_position"] - watch.target) <= gone + 1.0
-
-    def _tracked_from(self, i: int, watch: AxisWatch, values: Values, landed: float) -> TrackedAxis:
-        velocity = round(watch.rate_after / COUNTS_PER_SECOND)
-        tracked = TrackedAxis(watch.target, landed, 0, watch.model.acceleration << 8)
-        tracked.command(velocity, landed)
-        tracked.observe(values[f"axis{i + 1}_position"], values.time)
-        return tracked
-
-    def _with_learnt(self) -> tuple[Tc410SlewModel, Tc410SlewModel]:
-        one, two = (
-            replace(model, acceleration_scale=known.acceleration_scale, landing_s=known.landing_s)
-            for model, known in zip(self.slew_models, self._learnt.axes, strict=True)
-        )
-        return one, two
+    def _learn(self) -> None:
+        """Take in what the last landing taught."""
+        if self._landing is not None and (found := self._landing.found()) is not None:
+            self._learnt = self._learnt.landed(self._landing.watch.axes, found)
+        self._landing = None
 
     # Moving ----------------------------------------------------------------------------------------------------
 
@@ -314,66 +320,105 @@ class TC410:
         ------
         Unsynchronised, DriveRefused
             The position may be wrong; there is no power, or an alarm stands.
+        RegisterError
+            A target or rate is outside what the drive can hold; nothing was sent.
         """
-        reading = self._ready(self._last or self.read(time))
-        self._watches = None
-        self._write_control(self._control & ~(_SLEW | _REMOTE))
-        self._limit_speed(axes)
-        self._write_targets([round(slew.target) for slew in axes])
+        words = [
+            self._unit.encoded(f"axis{axis}_target_position", slew.target)
+            for axis, slew in zip(_AXES, axes, strict=True)
+        ]
         velocities = [round(slew.rate_after / COUNTS_PER_SECOND) for slew in axes]
+        for axis, velocity in zip(_AXES, velocities, strict=True):
+            self._unit.encoded(f"axis{axis}_tracking_velocity", velocity)
+        lowered = self._speeds_to_lower(axes)
+        self._learn()
+        plain = not self._lowered and not lowered
+        reading = self._ready(self.read(time))
+        self._slew = None
+        self._write_control(self._control & ~(_SLEW | _REMOTE))
+        self._set_speeds(lowered)
+        self._write_target_words(words)
         for axis, velocity in zip(_AXES, velocities, strict=True):
             self._unit.write(f"axis{axis}_tracking_velocity", velocity)
         began = self._write_control(self._control & ~_TRACK | _SLEW | (_TRACK if any(velocities) else 0))
-        known = self._learnt.start_latency_s
-        latency = began - time if known is None else known + 0.5 * (began - time - known)
-        self._learnt = replace(self._learnt, start_latency_s=latency)
-        one, two = (self._watch(i, reading, slew, began) for i, slew in enumerate(axes))
-        self._watches, self._tracked, self._seen_slewing = (one, two), None, False
-        self._due = began + max(one.travel.duration, two.travel.duration)
+        if plain:
+            self._learnt = self._learnt.started(began - time)
+        one, two = (self._watch(i, reading, slew, lowered, began) for i, slew in enumerate(axes))
+        self._slew, self._tracked = SlewWatch((one, two)), None
         return began
 
     def _ready(self, reading: Reading) -> Reading:
-        if self._unsynchronised:
-            raise Unsynchronised(self._unsynchronised)
-        if not reading.powered:
-            raise DriveRefused("the motors have no power (standby); `drive power on`, then try again")
+        if reading.unsynchronised:
+            raise Unsynchronised(reading.unsynchronised)
         if reading.alarms:
             raise DriveRefused(f"power supply alarm: {', '.join(reading.alarms)}; find its cause before moving")
+        if not reading.powered:
+            raise DriveRefused("the motors have no power (standby); `drive power on`, then try again")
         return reading
 
-    def _limit_speed(self, axes: Sequence[AxisSlew]) -> None:
-        """Lower the top speed for one move, or give back what an earlier move lowered."""
-        self._restore_speed()
+    def _speeds_to_lower(self, axes: Sequence[AxisSlew]) -> dict[str, float]:
+        """Top speeds for one move that must be slower, by register."""
+        lowered = {}
         for axis, slew, model in zip(_AXES, axes, self.slew_models, strict=True):
             if slew.max_rate is not None and slew.max_rate < model.max_rate:
                 name = f"axis{axis}_max_speed"
-                self._lowered[name] = model.max_velocity
-                self._remember(self.memory)
-                self._unit.write(name, slew.max_rate / COUNTS_PER_SECOND)
+                speed = slew.max_rate / COUNTS_PER_SECOND
+                lowered[name] = by_name(name).decode(self._unit.encoded(name, speed))
+        return lowered
 
-    def _write_targets(self, targets: Sequence[int]) -> None:
-        """Write both, and have them remembered first: a host that dies in between leaves either in the unit."""
-        before = self._cookie or [[], []]
-        self._cookie = [
-            list(of_axis(axis, "target_position").encode(target, self._unit.position_format))
-            for axis, target in zip(_AXES, targets, strict=True)
-        ]
-        self._memory["cookies"] = [list(pair) for pair in zip(before, self._cookie, strict=True)]
+    def _set_speeds(self, lowered: Mapping[str, float]) -> None:
+        """Lower top speeds, having the true ones remembered first; give back what an earlier move lowered."""
+        self._restore_speed()
+        if not lowered:
+            return
+        models = dict(zip((f"axis{axis}_max_speed" for axis in _AXES), self.slew_models, strict=True))
+        self._lowered = {name: models[name].max_velocity for name in lowered}
         self._remember(self.memory)
-        for axis, target in zip(_AXES, targets, strict=True):
-            self._unit.write(f"axis{axis}_target_position", target)
+        for name, speed in lowered.items():
+            self._unit.write(name, speed)
 
-    def _watch(self, i: int, reading: Reading, slew: AxisSlew, began: float) -> AxisWatch:
-        axis, model, target = reading.axes[i], self.slew_models[i], round(slew.target)
-        if f"axis{i + 1}_max_speed" in self._lowered and slew.max_rate is not None:
-            model = replace(model, max_velocity=int(slew.max_rate / COUNTS_PER_SECOND) & ~0xFF)
+    def _restore_speed(self) -> None:
+        for name, value in self._lowered.items():
+            self._unit.write(name, value)
+        if self._lowered:
+            self._lowered = {}
+            self._remember(self.memory)
+
+    def _write_targets(self, targets: Sequence[float]) -> None:
+        self._write_target_words(
+            [
+                self._unit.encoded(f"axis{axis}_target_position", target)
+                for axis, target in zip(_AXES, targets, strict=True)
+            ]
+        )
+
+    def _write_target_words(self, words: Sequence[tuple[int, ...]]) -> None:
+        """Write both, and have them remembered first: a host that dies in between leaves either in the unit."""
+        self._trust.will_hold(words)
+        self._remember(self.memory)
+        for axis, pair in zip(_AXES, words, strict=True):
+            self._unit.write_words(f"axis{axis}_target_position", pair)
+        self._trust.holds(words)
+
+    def _watch(
+        self, i: int, reading: Reading, slew: AxisSlew, lowered: Mapping[str, float], began: float
+    ) -> AxisWatch:
+        axis, target = reading.axes[i], round(slew.target)
+        model = self.slew_models[i]
+        model = replace(model, max_velocity=int(lowered.get(f"axis{i + 1}_max_speed", model.max_velocity)))
         start = axis.counts + axis.rate * (began - reading.time)
         travel = model.travel(start, target, axis.rate, 0.0)
         return AxisWatch(model, start, axis.rate, target, travel, slew.rate_after, began)
 
     def follow(self, path: AxisPath, time: float) -> None:
-        """Set the tracking velocities that bring both axes onto the path within a beat."""
-        if self._watches is not None:
+        """Set the tracking velocities that bring both axes onto the path within a beat.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused
+            As for `start`.
+        """
+        if self._slew is not None:
             return
         reading = self._ready(self._last or self.read(time))
         if self._tracked is None:
@@ -382,16 +427,22 @@ class TC410:
                 for axis, model in zip(reading.axes, self.slew_models, strict=True)
             )
             self._tracked = (one, two)
-        effective = time + self._exchange_s
+        effective = time + self._unit.burst_s(1, _WRITE_CHARACTERS)
         here, ahead = path.at(effective), path.at(effective + BEAT_S)
         for axis, tracked, (now, _), (then, _) in zip(_AXES, self._tracked, here, ahead, strict=True):
             velocity = tracked.velocity_for(then, (then - now) / BEAT_S, effective, _CATCH_UP)
-            if velocity != tracked.velocity or not self._control & _TRACK:
+            if velocity != tracked.velocity or tracked.doubtful or not self._control & _TRACK:
+                tracked.doubtful = True
                 tracked.command(velocity, self._unit.write(f"axis{axis}_tracking_velocity", velocity))
         if not self._control & _TRACK:
-            began = self._write_control(self._control | _TRACK)
-            for tracked in self._tracked:
-                tracked.time = began
+            self._begin_tracking(self._tracked)
+
+    def _begin_tracking(self, tracked: tuple[TrackedAxis, TrackedAxis]) -> None:
+        """Let the drive ramp from rest to the velocities it has been given."""
+        began = self._write_control(self._control | _TRACK)
+        for axis in tracked:
+            velocity, axis.velocity, axis.time = axis.velocity, 0, began
+            axis.command(velocity, began)
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Write both positions and read them back; tracking goes on from there.
@@ -399,51 +450,64 @@ class TC410:
         Raises
         ------
         DriveRefused
-            A position reads back otherwise.
+            A slew is under way, or a position reads back otherwise.
+        RegisterError
+            A position is outside what the drive can count; nothing was sent.
         """
-        for axis, value in zip(_AXES, counts, strict=True):
-            wanted = round(value)
-            self._unit.write(f"axis{axis}_position", wanted)
-            found = self._position(axis)[f"axis{axis}_position"]
-            if abs(found - wanted) > self.slew_models[axis - 1].max_rate * self._exchange_s + 2.0:
-                raise DriveRefused(f"axis {axis} reads back {found:.0f} counts instead of {wanted}; try again")
-        self._unsynchronised, self._uncertainty = "", 0.0
-        self._tracked = None
-        self._leave_cookie()
+        wanted = [
+            self._unit.encoded(f"axis{axis}_position", value) for axis, value in zip(_AXES, counts, strict=True)
+        ]
+        if self._slew is not None:
+            raise DriveRefused("a slew is under way; `stop`, then sync")
+        self._control = int(self._unit.read("velocity_control")["velocity_control"])
+        self._read_models()
+        for axis, words in zip(_AXES, wanted, strict=True):
+            written = self._unit.write_words(f"axis{axis}_position", words)
+            self._check_synchronised(axis, words, written)
+        self._trust.synchronised()
+        self._landing = self._tracked = None
+        seen = self._look()
+        self._leave_cookie(seen.counts)
         write_soft_limits(self._unit, self._settings)
-        reading = self.read(time)
-        if self._control & _TRACK:
-            self._take_over_tracking(reading)
+        self._tracked = self._left_tracking(seen)
+        self.read(time)
+
+    def _check_synchronised(self, axis: int, words: tuple[int, ...], written: float) -> None:
+        wanted = by_name(f"axis{axis}_position").decode(words, self._unit.position_format)
+        found = self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position")
+        position, rate = found[f"axis{axis}_position"], self._axis_register(axis, "velocity") * COUNTS_PER_SECOND
+        expected = wanted + rate * (found.time - written)
+        if abs(position - expected) > abs(rate) * (found.late_s + 0.1) + 2.0:
+            raise DriveRefused(f"axis {axis} reads back {position:.0f} counts instead of {expected:.0f}; try again")
 
     def stop(self, time: float) -> None:  # noqa: ARG002 - the contract gives the time to all
         """Stop everything: "all stop" leaves tracking running, so its bit is cleared too."""
-        self._unit.write("all_stop", 1)
-        self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK))
-        self._watches = None
-        self._tracked = None
+        try:
+            self._unit.write("all_stop", 1)
+        finally:  # either alone ends a slew, so a request that is lost must not keep back the other
+            self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK))
+        self._learn()
+        self._slew = self._tracked = None
 
     def power(self, *, on: bool) -> None:
-        """Power the motors or send the drive to standby."""
+        """Power the motors, or send the drive to standby, in which nothing is left that would go on afterwards."""
+        if not on:
+            self.stop(0.0)
         self._unit.power(on=on)
-
-    def registers(self) -> Mapping[str, str]:
-        """Every readable register by name, with its unit or its named flags."""
-        return self._unit.all_readable()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """End direct control, and tracking unless it is kept; give back the top speed."""
-        if keep_tracking:
-            self._write_control(self._control & ~(_SLEW | _REMOTE))
-        else:
-            self.stop(time)
-        self._restore_speed()
-        self._unit.close()
+        try:
+            self._learn()
+            if keep_tracking:
+                self._write_control(self._control & ~(_SLEW | _REMOTE))
+            else:
+                self.stop(time)
+            self._restore_speed()
+        finally:
+            self._unit.close()
 
     def _write_control(self, bits: int) -> float:
+        written = self._unit.write("velocity_control", bits)
         self._control = bits
-        return self._unit.write("velocity_control", bits)
-
-
-def _targets_in(values: Sequence[Values]) -> list[list[int]]:
-    """Return the raw target registers of both axes."""
-    return [list(value.words[f"axis{axis}_target_position"]) for axis, value in zip(_AXES, values, strict=True)]
+        return written

@@ -1,7 +1,6 @@
 """What is found out and made safe when a TC410 is connected, before anything may move."""
 
 from mounts.errors import DriveRefused, WrongProtocol
-from mounts.tc410.calibration import Learnt
 from mounts.tc410.registers import PositionFormat, RegisterError, by_name, of_axis
 from mounts.tc410.settings import PositionFormatChoice, TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
@@ -62,13 +61,11 @@ def find_position_format(unit: Unit, chosen: PositionFormatChoice) -> PositionFo
     return found
 
 
-def read_models(
-    unit: Unit, settings: TC410Settings, learnt: Learnt
-) -> tuple[tuple[Tc410SlewModel, Tc410SlewModel], list[str]]:
+def read_models(unit: Unit, settings: TC410Settings) -> tuple[tuple[Tc410SlewModel, Tc410SlewModel], list[str]]:
     """Read how the unit moves, and list what differs from the configuration."""
     models: list[Tc410SlewModel] = []
     notes: list[str] = []
-    for axis, expected, known in zip((1, 2), settings.axes, learnt.axes, strict=True):
+    for axis, expected in zip((1, 2), settings.axes, strict=True):
         found = {
             **unit.read(f"axis{axis}_tracking_velocity", f"axis{axis}_encoder_zero").values,
             **unit.read(f"axis{axis}_motor_steps", f"axis{axis}_park").values,
@@ -79,8 +76,6 @@ def read_models(
                 acceleration=int(found[f"axis{axis}_acceleration"]),
                 deceleration=int(found[f"axis{axis}_deceleration"]),
                 max_velocity=int(found[f"axis{axis}_max_speed"]),
-                acceleration_scale=known.acceleration_scale,
-                landing_s=known.landing_s,
             )
         )
         wanted = [(f"axis{axis}_{name}", value) for name, value in expected.expected]

@@ -1,16 +1,20 @@
 """Tracking one axis to a fraction of a count through a drive that reports whole counts.
 
 The velocity register is exact, so between two commands the 48-bit position is known by dead reckoning. A reported
-count c only says that the position lies in [c, c + 1): the estimate is moved no further than to the edge of that
-interval, so single counts are never fed back. The velocity chosen each time brings the estimate onto the path; its
-rounding error stays in the estimate, which dithers neighbouring register values by itself.
+count c only says that the position lies in [c, c + 1); many of them, at many phases of the motion, leave a narrow
+interval in which it must lie. A single count is never fed back. The velocity chosen each time brings the middle of
+that interval onto the path; its rounding stays in the dead reckoning, which dithers neighbouring register values by
+itself.
 """
 
 from mounts.tc410.registers import COUNTS_PER_SECOND, MAX_VELOCITY
 from mounts.tc410.slew import TICK_S
 
-_JITTER_S = 0.004  # one tick, and what the link's timing may be off
 BEAT_S = 2.0  # an error on the path is closed over this time
+_CLOCK_ERROR = 1.5e-4  # by which the unit's clock and the host's may run differently
+_JITTER_S = 0.0005  # of the time of a position, besides what the link shows
+_DISTURBED = 1.0  # counts beyond the interval at which something else moved the axis
+_LEAST_WIDTH = 0.01  # counts
 
 
 class TrackedAxis:
@@ -19,41 +23,67 @@ class TrackedAxis:
     Parameters
     ----------
     position : float
-        Counts, with their fraction.
+        Counts, with their fraction: the middle of where the axis may be.
     time : float
         POSIX seconds at which the axis is there.
     velocity : int
         The tracking velocity in force, register units.
     ramp : int
         Velocity units gained every tick while the drive changes its velocity.
+    margin : float
+        Counts by which the position may be off, either way.
     """
 
-    def __init__(self, position: float, time: float, velocity: int, ramp: int) -> None:
+    def __init__(self, position: float, time: float, velocity: int, ramp: int, margin: float = 0.5) -> None:
         self.position = position
         self.time = time
         self.velocity = velocity
+        self.margin = margin
+        self.corrected = 0.0
+        """Counts by which observations have moved the dead reckoning."""
+        self.disturbed = False
+        """Whether an observation contradicted it."""
+        self.doubtful = False
+        """Whether the last command may not have reached the drive."""
         self._ramp = ramp
+
+    @property
+    def rate(self) -> float:
+        """Counts per second."""
+        return self.velocity * COUNTS_PER_SECOND
 
     def at(self, time: float) -> float:
         """Position in counts at a time, if nothing is commanded."""
-        return self.position + self.velocity * COUNTS_PER_SECOND * (time - self.time)
+        return self.position + self.rate * (time - self.time)
 
-    def observe(self, counts: float, time: float) -> float:
-        """Take a reported count; return by how many counts it contradicts the dead reckoning."""
+    def observe(self, counts: float, time: float, late_s: float = 0.0) -> float:
+        """Take a count reported between `time` and `time` + `late_s`; return by how many counts this moved it."""
         expected = self.at(time)
-        slack = abs(self.velocity) * COUNTS_PER_SECOND * _JITTER_S
-        corrected = min(max(expected, counts - slack), counts + 1.0 + slack)
-        self.position, self.time = corrected, time
-        return corrected - expected
+        self.margin += abs(self.rate) * _CLOCK_ERROR * abs(time - self.time)
+        blur = abs(self.rate) * _JITTER_S
+        lowest = counts - blur - max(0.0, self.rate * late_s)
+        highest = counts + 1.0 + blur - min(0.0, self.rate * late_s)
+        low, high = max(lowest, expected - self.margin), min(highest, expected + self.margin)
+        if low - high > _DISTURBED:
+            self.disturbed = True
+            low, high = lowest, highest
+        elif low > high:  # the edge of the reported count is nearer to the truth
+            low = high = lowest if expected < lowest else highest
+        self.position, self.time = (low + high) / 2.0, time
+        self.margin = max((high - low) / 2.0, _LEAST_WIDTH)
+        self.corrected += self.position - expected
+        return self.position - expected
 
     def command(self, velocity: int, time: float) -> None:
         """Note that the drive ramps to another velocity from `time` on."""
         self.position, self.time = self.at(time), time
         change = velocity - self.velocity
+        self.margin += abs(change) * COUNTS_PER_SECOND * TICK_S
         ticks = abs(change) / self._ramp
         if ticks > 1.0:  # a ramp of n ticks is (n − 1)/2 ticks of the change behind a step
             self.position -= change * COUNTS_PER_SECOND * TICK_S * (ticks - 1.0) / 2.0
         self.velocity = velocity
+        self.doubtful = False
 
     def velocity_for(self, counts: float, rate: float, time: float, largest_catch_up: float) -> int:
         """Velocity register that meets the path.

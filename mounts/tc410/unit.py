@@ -1,24 +1,32 @@
 """The TC410's registers by name: contiguous ones in one request, so that no pair is ever torn.
 
 Every answer carries the moment at which the unit had the whole request: a position is as of that moment and a
-velocity acts from it.
+velocity acts from it. The quickest exchange seen gives the travel time; what an exchange took beyond that may have
+gone by before the unit had the request, so the moment is known as an interval.
 """
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from statistics import median
 
-from mounts.tc410.registers import REGISTERS, PositionFormat, Register, at, by_name
+from mounts.tc410.registers import Kind, PositionFormat, Register, RegisterError, at, by_name
 from transports.modbus_ascii import Answer, ModbusAscii
 
-_READ_OVERHEAD = 11  # characters of a read's answer besides four for each register
+_READ_ANSWER = 11  # characters of a read's answer besides four for each register
+_WRITE_ANSWER = 17
+_REQUEST = 17  # characters of a request; one that writes a pair has more
+_PAIR_REQUEST = 27
 _BITS_PER_CHARACTER = 10
+_PACE_OF = 15  # exchanges
 
 
 @dataclass(frozen=True)
 class Values:
-    """Register values by name, all as of `time`."""
+    """Register values by name, all as of a moment between `time` and `time` + `late_s`."""
 
     time: float
+    late_s: float
     values: Mapping[str, float]
     words: Mapping[str, tuple[int, ...]]
 
@@ -40,11 +48,15 @@ class Unit:
     def __init__(self, modbus: ModbusAscii, baud: int | None = None) -> None:
         self._modbus = modbus
         self._character_s = _BITS_PER_CHARACTER / baud if baud else 0.0
+        self._one_way_s = float("inf")  # the shortest travel time seen between host and unit
+        self._pauses: deque[float] = deque(maxlen=_PACE_OF)
+        self._received: float | None = None
         self.position_format: PositionFormat = "right"
-        self.one_way_s = 0.5
-        """The shortest travel time seen between host and unit, one way."""
-        self.exchanges = 0
-        """Requests answered so far."""
+
+    def burst_s(self, exchanges: int, characters: int) -> float:
+        """Seconds taken by exchanges that follow each other at once, by the pace of those seen so far."""
+        pause = median(self._pauses) if self._pauses else 0.0
+        return exchanges * pause + characters * self._character_s
 
     def read(self, first: str, last: str | None = None) -> Values:
         """Read the registers from `first` to `last`, neighbours in the table, in one request.
@@ -52,72 +64,82 @@ class Unit:
         Raises
         ------
         RegisterError
-            An address between them must not be touched.
+            An address between them must not be touched, or a value is impossible in this position format.
         TransportError
             No valid answer.
         """
         start, end = by_name(first), by_name(last or first)
-        rows = _between(start, end)
+        rows = list(_between(start, end))
         count = end.address + end.words - start.address
-        ask = self._modbus.read_input_registers if start.kind == "input" else self._modbus.read_holding_registers
-        answer = ask(start.address, count)
+        answer = self._ask(start.kind, start.address, count)
         words = {row.name: tuple(answer.values[row.address - start.address :][: row.words]) for row in rows}
         values = {row.name: row.decode(words[row.name], self.position_format) for row in rows}
-        return Values(self._arrival(answer, _READ_OVERHEAD + 4 * count), values, words)
+        return Values(*self._arrival(answer, _READ_ANSWER + 4 * count), values, words)
 
     def write(self, name: str, value: float) -> float:
         """Write one register; return the moment the unit had it."""
-        return self._write(by_name(name), by_name(name).encode(value, self.position_format))
+        return self.write_words(name, self.encoded(name, value))
 
     def write_words(self, name: str, words: tuple[int, ...]) -> float:
         """Write raw words; return the moment the unit had them."""
-        return self._write(by_name(name), words)
+        address = by_name(name).address
+        if len(words) == 1:
+            answer = self._modbus.write_register(address, words[0])
+        else:
+            answer = self._modbus.write_registers(address, words)
+        return self._arrival(answer, _WRITE_ANSWER, _REQUEST if len(words) == 1 else _PAIR_REQUEST)[0]
+
+    def encoded(self, name: str, value: float) -> tuple[int, ...]:
+        """Words that `write` would send.
+
+        Raises
+        ------
+        RegisterError
+            The register does not hold such a value.
+        """
+        return by_name(name).encode(value, self.position_format)
 
     def words(self, name: str) -> tuple[int, ...]:
-        """Read one register's raw words."""
+        """Read one register's raw words, whatever their position format."""
         row = by_name(name)
-        return self._modbus.read_holding_registers(row.address, row.words).values
+        answer = self._ask(row.kind, row.address, row.words)
+        self._arrival(answer, _READ_ANSWER + 4 * row.words)
+        return answer.values
 
     def power(self, *, on: bool) -> None:
         """Switch the motors' power."""
         self._modbus.write_coil(by_name("power").address, on)
 
-    def all_readable(self) -> dict[str, str]:
-        """Read every readable register in the table, as a person reads it: value and unit, or the flags asserted."""
-        shown = {}
-        for row in REGISTERS:
-            if row.access == "write":
-                continue
-            if row.kind == "coil":
-                shown[row.name] = str(self._modbus.read_coils(row.address, 1).values[0])
-            elif row.kind == "discrete":
-                shown[row.name] = str(self._modbus.read_discrete_inputs(row.address, 1).values[0])
-            else:
-                value = self.read(row.name)[row.name]
-                flags = f" ({', '.join(row.asserted(int(value))) or 'none'})" if row.flags else ""
-                shown[row.name] = f"{value:.10g} {row.unit}".rstrip() + flags
-        return shown
-
     def close(self) -> None:
         """Close the link."""
         self._modbus.close()
 
-    def _write(self, row: Register, words: tuple[int, ...]) -> float:
-        if len(words) == 1:
-            return self._arrival(self._modbus.write_register(row.address, words[0]), 17)
-        return self._arrival(self._modbus.write_registers(row.address, words), 17)
+    def _ask(self, kind: Kind, address: int, count: int) -> Answer:
+        match kind:
+            case "input":
+                return self._modbus.read_input_registers(address, count)
+            case "holding":
+                return self._modbus.read_holding_registers(address, count)
+            case "coil":
+                return self._modbus.read_coils(address, count)
+            case "discrete":
+                return self._modbus.read_discrete_inputs(address, count)
 
-    def _arrival(self, answer: Answer, characters: int) -> float:
-        self.exchanges += 1
-        travel = (answer.received - answer.sent - characters * self._character_s) / 2.0
-        self.one_way_s = min(self.one_way_s, max(0.0, travel))
-        return answer.sent + self.one_way_s
+    def _arrival(self, answer: Answer, characters: int, asked: int = _REQUEST) -> tuple[float, float]:
+        """When the unit had the request at the earliest, and how much later it may have been."""
+        if self._received is not None:
+            self._pauses.append(answer.received - self._received - (asked + characters) * self._character_s)
+        self._received = answer.received
+        there_and_back = max(0.0, answer.received - answer.sent - characters * self._character_s)
+        self._one_way_s = min(self._one_way_s, there_and_back / 2.0)
+        return answer.sent + self._one_way_s, there_and_back - 2.0 * self._one_way_s
 
 
-def _between(start: Register, end: Register) -> list[Register]:
-    rows: list[Register] = []
+def _between(start: Register, end: Register) -> Iterator[Register]:
+    if start.kind != end.kind:
+        raise RegisterError(f"{start.name} and {end.name} are of different kinds; read each in its own request")
     address = start.address
     while address < end.address + end.words:
-        rows.append(at(start.kind, address))
-        address += rows[-1].words
-    return rows
+        row = at(start.kind, address)
+        yield row
+        address += row.words

@@ -1,0 +1,125 @@
+"""Whether the position that a TC410 reports can be trusted.
+
+The unit forgets its position when it is power-cycled, and says nothing of it. Its volatile target registers hold
+what was last written to them: they are the boot cookie. When they changed, or the position is further from the last
+one than the top speed explains, the position is unsynchronised until `synchronised`. A host that dies between two
+writes leaves either cookie in the unit, so both are remembered before the first is written.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from mounts.tc410.unit import Values
+
+NEVER = "the position of this drive was never synchronised; `sync` on a known star"
+POWER_CYCLED = (
+    "the drive was power-cycled: its target registers no longer hold what was last written; `sync` on a known star"
+)
+_CLOCKS_AGREE = 1.001  # true over measured time, at most
+_JITTER_S = 0.005  # of a position's time
+_ROUNDING_COUNTS = 2.0
+
+Cookie = list[list[int]]  # for each axis every pair of words, joined, that may stand in its target register
+
+
+class Trust:
+    """What is known of one unit's position between readings and between processes.
+
+    Parameters
+    ----------
+    memory : Mapping
+        What `as_json` gave; empty for a unit never seen.
+    """
+
+    def __init__(self, memory: Mapping[str, object]) -> None:
+        self.unsynchronised = str(memory.get("unsynchronised", NEVER))
+        uncertainty, time = memory.get("uncertainty_counts", 0.0), memory.get("time")
+        self.uncertainty_counts = float(uncertainty) if isinstance(uncertainty, int | float) else 0.0
+        self._position = _pair_of_numbers(memory.get("position"))
+        self._times = (float(time),) * 2 if isinstance(time, int | float) else None
+        self._cookies = _cookies(memory.get("cookies"))
+
+    def as_json(self) -> dict[str, object]:
+        """Return what the next process must know."""
+        return {
+            "unsynchronised": self.unsynchronised,
+            "uncertainty_counts": self.uncertainty_counts,
+            "position": self._position,
+            "time": self._times and min(self._times),
+            "cookies": self._cookies,
+        }
+
+    def judge(self, positions: Sequence[Values], top_rates: Sequence[float]) -> bool:
+        """Compare positions and targets with what was last known; return whether the position was lost just now.
+
+        Parameters
+        ----------
+        positions : sequence of Values
+            Position and target of each axis as read.
+        top_rates : sequence of float
+            The fastest each axis can move, counts per second.
+        """
+        why = "" if self.unsynchronised else self._cookie_gone(positions) or self._jumped(positions, top_rates)
+        self._position = [values[f"axis{axis}_position"] for axis, values in enumerate(positions, 1)]
+        self._times = positions[0].time, positions[1].time
+        self.unsynchronised = self.unsynchronised or why
+        return bool(why)
+
+    def _cookie_gone(self, positions: Sequence[Values]) -> str:
+        if self._cookies is None:
+            return ""
+        found = [_joined(values.words[f"axis{axis}_target_position"]) for axis, values in enumerate(positions, 1)]
+        kept = all(words in cookies for words, cookies in zip(found, self._cookies, strict=True))
+        return "" if kept else POWER_CYCLED
+
+    def _jumped(self, positions: Sequence[Values], top_rates: Sequence[float]) -> str:
+        if self._position is None or self._times is None:
+            return ""
+        for i, (values, before, since, rate) in enumerate(
+            zip(positions, self._position, self._times, top_rates, strict=True), 1
+        ):
+            elapsed = max(0.0, values.time + values.late_s - since) * _CLOCKS_AGREE + _JITTER_S
+            moved = abs(values[f"axis{i}_position"] - before)
+            if moved > rate * elapsed + _ROUNDING_COUNTS:
+                return (
+                    f"axis {i} stands {moved:.0f} counts from where it was {elapsed:.1f} s ago, more than its top "
+                    f"speed of {rate:.0f} counts/s explains; `sync` on a known star"
+                )
+        return ""
+
+    def will_hold(self, targets: Sequence[tuple[int, ...]]) -> None:
+        """Note the target words about to be written; until `holds` the old ones may stand there as well."""
+        known = self._cookies or [[], []]
+        self._cookies = [sorted({*before, _joined(words)}) for before, words in zip(known, targets, strict=True)]
+
+    def holds(self, targets: Sequence[tuple[int, ...]]) -> None:
+        """Note the target words that the unit has taken."""
+        self._cookies = [[_joined(words)] for words in targets]
+
+    def may_be_off(self, counts: float) -> None:
+        """Note that the axes may have moved by so much unseen."""
+        self.uncertainty_counts = max(self.uncertainty_counts, counts)
+
+    def synchronised(self) -> None:
+        """Trust the position from here on."""
+        self.unsynchronised, self.uncertainty_counts = "", 0.0
+        self._position = self._times = None
+
+    def lose(self, why: str) -> None:
+        """Trust the position no longer."""
+        self.unsynchronised = why
+
+
+def _joined(words: Sequence[int]) -> int:
+    return words[0] << 16 | words[1]
+
+
+def _pair_of_numbers(stored: object) -> list[float] | None:
+    if isinstance(stored, list) and len(stored) == 2 and all(isinstance(value, int | float) for value in stored):
+        return [float(value) for value in stored]
+    return None
+
+
+def _cookies(stored: object) -> Cookie | None:
+    if isinstance(stored, list) and len(stored) == 2 and all(isinstance(kept, list) for kept in stored):
+        return [[int(words) for words in kept] for kept in stored]
+    return None
