@@ -108,7 +108,7 @@ class SlewPath:
             left = abs(end[0] - angles[0]) + abs(end[1] - angles[1]) + astray * (total - elapsed)
             if left <= room:
                 break
-            elapsed = min(total, elapsed + max(room, _FINEST_STEP) / speed)
+            elapsed = min(total, elapsed + max(abs(room), _FINEST_STEP) / speed)
             angles = self.angles(elapsed)
             observed, sun = self.mount.observed(*angles), self.sun(elapsed)
             horizon.see(limits.horizon.margin(observed), observed, elapsed)

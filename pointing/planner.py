@@ -20,7 +20,8 @@ from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.vectors import Vector
 
-_SEARCH_STEP = 120.0  # s; what is reachable for less is of no use
+_SEARCH_STEP = 120.0  # s; what is allowed for less is of no use
+_WAY_STEP = 600.0  # s; a way that is blocked costs more to look at, and comes free as slowly as the Sun moves
 _SEARCH_SPAN = 86_400.0
 _ROUNDS = 60  # the fixed point contracts by rate / speed, below 1e-2 a round unless the pole of axis 1 is near
 _FLICKER = 6  # rounds after which a target that goes on changing by one count, tick by tick, stands
@@ -94,8 +95,7 @@ class Planner:
         begin = start.time + timing.latency
         checks = self._no_placement(target, begin) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
-        when = self._first(lambda time: self._goes(target, start, timing, time), begin)
-        raise Unreachable(f"{target.name}: {reason}", when, checks)
+        raise Unreachable(f"{target.name}: {reason}", self._free_from(target, start, timing), checks)
 
     def plan_axes(self, name: str, angles: tuple[float, float], start: Start, timing: Timing) -> Plan:
         """Plan a slew to fixed axis angles, radians, ending at rest: park, home and jog.
@@ -180,24 +180,34 @@ class Planner:
 
         A target that is allowed already has nothing to wait for: None as well.
         """
-        return None if self.allowed(target, after) else self._first(lambda time: self.allowed(target, time), after)
+        return (
+            None
+            if self.allowed(target, after)
+            else self._first(lambda t: self.allowed(target, t), after, _SEARCH_STEP)
+        )
 
-    def _first(self, allowed: Callable[[float], bool], after: float) -> float | None:
+    def _free_from(self, target: Target, start: Start, timing: Timing) -> float | None:
+        """When a refused target stands at an allowed place; if it does already, when the way from here is free."""
+        begin = start.time + timing.latency
+        if not self.allowed(target, begin):
+            return self.reachable(target, begin)
+
+        def goes(time: float) -> bool:
+            return self.allowed(target, time) and self._best(target, Start(time, start.counts), timing)[0] is not None
+
+        return self._first(goes, start.time, _WAY_STEP)
+
+    def _first(self, allowed: Callable[[float], bool], after: float, step: float) -> float | None:
         """Return the first time within a day at which something is allowed that is not now, to 1 s."""
-        for k in range(1, int(_SEARCH_SPAN / _SEARCH_STEP) + 1):
-            found = after + _SEARCH_STEP * k
+        for k in range(1, int(_SEARCH_SPAN / step) + 1):
+            found = after + step * k
             if allowed(found):
-                early = found - _SEARCH_STEP
+                early = found - step
                 while found - early > 1.0:
                     middle = (early + found) / 2.0
                     early, found = (early, middle) if allowed(middle) else (middle, found)
                 return found
         return None
-
-    def _goes(self, target: Target, start: Start, timing: Timing, time: float) -> bool:
-        """Whether a slew from where the axes stand now, begun at a later time, would be allowed."""
-        rested = Start(time, start.counts)
-        return self.allowed(target, time) and self._best(target, rested, timing)[0] is not None
 
     def _best(self, target: Target, start: Start, timing: Timing) -> tuple[Plan | None, Plan | None]:
         """Return the plan that arrives first, or none and the refused plan of what seemed the quickest way."""
