@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from clockdrive import simulators, tc410_assembly
 from clockdrive.assembly import planner
@@ -16,7 +16,6 @@ from clockdrive.configuration import load
 from mounts.drive import AxisPath, AxisSlew, Reading
 from mounts.tc410.drive import TC410
 from mounts.tc410.registers import COUNTS_PER_SECOND
-from mounts.tc410.simulator import SimulatedTC410
 from pointing.instant import Instant
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
@@ -24,6 +23,9 @@ from pointing.targets import FixedHaDec, Star, Target
 from transports.errors import LinkError
 from transports.memory import Device, MemoryLink
 from transports.modbus_ascii import ModbusAscii
+
+if TYPE_CHECKING:
+    from mounts.tc410.simulator import SimulatedTC410
 
 T0 = 1_800_000_000.0
 STEP_ARCSEC = 0.9094736842105263  # of the manual's gearing
@@ -34,7 +36,8 @@ class Line:
     """Between driver and unit; cuts, delays and counts what passes."""
 
     unit: Device
-    dead: bool = False
+    dead: bool = False  # nothing passes
+    deaf_to_answers: bool = False  # requests arrive, answers do not
     requests: list[bytes] = field(default_factory=list)
     before: Callable[[bytes], None] | None = None
 
@@ -42,7 +45,10 @@ class Line:
         if self.before is not None:
             self.before(data)
         self.requests.append(data)
-        return b"" if self.dead else self.unit.receive(data, t)
+        if self.dead:
+            return b""
+        answer = self.unit.receive(data, t)
+        return b"" if self.deaf_to_answers else answer
 
 
 @dataclass

@@ -11,33 +11,13 @@ moved only as far as into the interval, so that what agrees with it is not blurr
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from statistics import median
-from typing import NamedTuple
 
+from mounts.tc410.interval import Interval
 from mounts.tc410.settings import SlewIdle
 from mounts.tc410.slew_watch import AxisWatch
 
 _LATENCIES = 5  # starts of which the latency is the median
 _LEAST_MOVE = 200.0  # counts; shorter moves say too little of the landing
-_INSIDE = 0.25  # of an interval's width, by which a value is moved beyond its edge
-
-
-class Interval(NamedTuple):
-    """Between two values."""
-
-    low: float
-    high: float
-
-    def nearest(self, value: float) -> float:
-        """`value` where it lies inside, else moved just far enough to lie well inside."""
-        if self.low <= value <= self.high:
-            return value
-        inside = _INSIDE * (self.high - self.low)
-        return min(max(value, self.low + inside), self.high - inside)
-
-    def within(self, other: "Interval") -> "Interval | None":
-        """What both have in common."""
-        low, high = max(self.low, other.low), min(self.high, other.high)
-        return Interval(low, high) if low <= high else None
 
 
 @dataclass(frozen=True)

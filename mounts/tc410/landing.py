@@ -6,7 +6,7 @@ it is found tells when it set off: a count of 16 a second, narrowed by every fur
 
 from dataclasses import dataclass
 
-from mounts.tc410.calibration import Interval
+from mounts.tc410.interval import Interval
 from mounts.tc410.registers import COUNTS_PER_SECOND
 from mounts.tc410.slew import TICK_S
 from mounts.tc410.slew_watch import AxisWatch, SlewWatch
@@ -28,6 +28,8 @@ class Landing:
         Seconds from its start between which each axis landed, by the flags.
     since : tuple of Interval
         The same for the moment each axis took up tracking.
+    supposed : tuple of float
+        The moment within it from which `tracked` started.
     tracked : tuple of TrackedAxis, optional
         The dead reckoning since then; None when the drive does not track.
     """
@@ -35,6 +37,7 @@ class Landing:
     watch: SlewWatch
     landings: tuple[Interval, Interval]
     since: tuple[Interval, Interval]
+    supposed: tuple[float, float]
     tracked: tuple[TrackedAxis, TrackedAxis] | None
 
     @classmethod
@@ -43,10 +46,16 @@ class Landing:
         one, two = (_bounded(axis) for axis in watch.axes)
         both = Interval(max(one.low, two.low), max(one.high, two.high))
         since = (both, both) if together else (one, two)
+        durations = [axis.travel.duration for axis in watch.axes]
+        expected = [max(durations)] * 2 if together else durations
+        supposed = since[0].nearest(expected[0]), since[1].nearest(expected[1])
         tracked = None
         if tracking:
-            tracked = _tracked(watch.axes[0], since[0]), _tracked(watch.axes[1], since[1])
-        return cls(watch, (one, two), since, tracked)
+            tracked = (
+                _tracked(watch.axes[0], since[0], supposed[0]),
+                _tracked(watch.axes[1], since[1], supposed[1]),
+            )
+        return cls(watch, (one, two), since, supposed, tracked)
 
     def is_settled(self, time: float) -> bool:
         """Whether nothing more can be learnt by waiting."""
@@ -63,10 +72,10 @@ class Landing:
             rate = self.watch.axes[i].rate_after
             if abs(rate) < _TELLING_RATE:
                 continue
-            middle = (since.low + since.high) / 2.0 - axis.corrected / rate
-            width = axis.margin / abs(rate) + TICK_S
-            later = self._later() if self.since[0] == self.since[1] else i
-            common = Interval(middle - width, middle + width).within(found[later])
+            late = sorted((-(axis.corrected - axis.below) / rate, -(axis.corrected + axis.above) / rate))
+            supposed = self.supposed[i]
+            later = self._later() if since == self.since[1 - i] else i
+            common = Interval(supposed + late[0] - TICK_S, supposed + late[1] + TICK_S).within(found[later])
             if common is None:
                 return None
             found[later] = common
@@ -86,11 +95,11 @@ def _bounded(axis: AxisWatch) -> Interval:
     return Interval(low, high) if high >= low else Interval(high, high)
 
 
-def _tracked(axis: AxisWatch, since: Interval) -> TrackedAxis:
-    """Track from the middle of the time in which the axis landed."""
+def _tracked(axis: AxisWatch, since: Interval, supposed: float) -> TrackedAxis:
+    """Track from the moment at which the axis is supposed to have landed."""
+    late, early = axis.rate_after * (since.high - supposed), axis.rate_after * (supposed - since.low)
+    below, above = (late, early) if axis.rate_after > 0.0 else (-early, -late)
     ramp = axis.model.acceleration << 8
-    middle = axis.began + (since.low + since.high) / 2.0
-    tracked = TrackedAxis(axis.target, middle, 0, ramp, 0.0)
-    tracked.command(round(axis.rate_after / COUNTS_PER_SECOND), middle)
-    tracked.margin += abs(axis.rate_after) * (since.high - since.low) / 2.0
+    tracked = TrackedAxis(axis.target, axis.began + supposed, 0, ramp, below, above)
+    tracked.command(round(axis.rate_after / COUNTS_PER_SECOND), tracked.time)
     return tracked

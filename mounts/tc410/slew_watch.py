@@ -69,7 +69,10 @@ class AxisWatch:
         return abs(counts - self.target) <= gone + 1.0
 
     def _see_ramp(self, counts: float, at: Values) -> None:
-        """A = 2(x − v₀t)/t², the tick-wise sum being n(n + 1)/2 steps; the start waits up to a tick."""
+        """A = 2(x − v₀t)/t², the tick-wise sum being n(n + 1)/2 steps.
+
+        The start waits up to a tick, and tracking the other way takes one more to end.
+        """
         elapsed = at.time - self.began
         nominal = self.model.acceleration * _RATE_PER_RAMP
         sign = 1.0 if self.target >= self.start else -1.0
@@ -79,7 +82,7 @@ class AxisWatch:
             return
         gained = sign * (counts + 0.5 - self.start - self.start_rate * elapsed)
         longest = elapsed + at.late_s
-        shortest = elapsed - TICK_S
+        shortest = elapsed - 2.0 * TICK_S
         self.acceleration_scale = (
             2.0 * (gained - 1.0) / (longest * (longest + TICK_S)) / nominal,
             2.0 * (gained + 1.0) / (shortest * (shortest + TICK_S)) / nominal,

@@ -82,7 +82,7 @@ def read_models(unit: Unit, settings: TC410Settings) -> tuple[tuple[Tc410SlewMod
         notes += _differences(found, wanted)
     if settings.expected:
         general = {
-            **unit.read("latitude", "longitude").values,
+            **unit.read("joystick_mode", "longitude").values,
             **unit.read("mount_type").values,
             **unit.read("mount_x", "mount_y").values,
         }

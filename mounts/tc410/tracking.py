@@ -2,11 +2,12 @@
 
 The velocity register is exact, so between two commands the 48-bit position is known by dead reckoning. A reported
 count c only says that the position lies in [c, c + 1); many of them, at many phases of the motion, leave a narrow
-interval in which it must lie. A single count is never fed back. The velocity chosen each time brings the middle of
-that interval onto the path; its rounding stays in the dead reckoning, which dithers neighbouring register values by
-itself.
+interval in which it must lie. The dead reckoning is moved only when it leaves that interval: a single count is never
+fed back. The velocity chosen each time brings it onto the path; its rounding stays in the dead reckoning, which
+dithers neighbouring register values by itself.
 """
 
+from mounts.tc410.interval import Interval
 from mounts.tc410.registers import COUNTS_PER_SECOND, MAX_VELOCITY
 from mounts.tc410.slew import TICK_S
 
@@ -23,22 +24,25 @@ class TrackedAxis:
     Parameters
     ----------
     position : float
-        Counts, with their fraction: the middle of where the axis may be.
+        Counts, with their fraction.
     time : float
         POSIX seconds at which the axis is there.
     velocity : int
         The tracking velocity in force, register units.
     ramp : int
         Velocity units gained every tick while the drive changes its velocity.
-    margin : float
-        Counts by which the position may be off, either way.
+    below, above : float
+        By how many counts the axis may be below or above `position`.
     """
 
-    def __init__(self, position: float, time: float, velocity: int, ramp: int, margin: float = 0.5) -> None:
+    def __init__(
+        self, position: float, time: float, velocity: int, ramp: int, below: float = 0.5, above: float = 0.5
+    ) -> None:
         self.position = position
         self.time = time
         self.velocity = velocity
-        self.margin = margin
+        self.below = below
+        self.above = above
         self.corrected = 0.0
         """Counts by which observations have moved the dead reckoning."""
         self.disturbed = False
@@ -52,6 +56,11 @@ class TrackedAxis:
         """Counts per second."""
         return self.velocity * COUNTS_PER_SECOND
 
+    @property
+    def margin(self) -> float:
+        """Counts by which the position may be off, either way."""
+        return max(self.below, self.above)
+
     def at(self, time: float) -> float:
         """Position in counts at a time, if nothing is commanded."""
         return self.position + self.rate * (time - self.time)
@@ -59,26 +68,32 @@ class TrackedAxis:
     def observe(self, counts: float, time: float, late_s: float = 0.0) -> float:
         """Take a count reported between `time` and `time` + `late_s`; return by how many counts this moved it."""
         expected = self.at(time)
-        self.margin += abs(self.rate) * _CLOCK_ERROR * abs(time - self.time)
+        self._widen(abs(self.rate) * _CLOCK_ERROR * abs(time - self.time))
         blur = abs(self.rate) * _JITTER_S
         lowest = counts - blur - max(0.0, self.rate * late_s)
         highest = counts + 1.0 + blur - min(0.0, self.rate * late_s)
-        low, high = max(lowest, expected - self.margin), min(highest, expected + self.margin)
+        low, high = max(lowest, expected - self.below), min(highest, expected + self.above)
         if low - high > _DISTURBED:
             self.disturbed = True
             low, high = lowest, highest
         elif low > high:  # the edge of the reported count is nearer to the truth
             low = high = lowest if expected < lowest else highest
-        self.position, self.time = (low + high) / 2.0, time
-        self.margin = max((high - low) / 2.0, _LEAST_WIDTH)
-        self.corrected += self.position - expected
-        return self.position - expected
+        position = Interval(low, high).nearest(expected)
+        self.position, self.time = position, time
+        self.below = max(position - low, _LEAST_WIDTH)
+        self.above = max(high - position, _LEAST_WIDTH)
+        self.corrected += position - expected
+        return position - expected
+
+    def _widen(self, counts: float) -> None:
+        self.below += counts
+        self.above += counts
 
     def command(self, velocity: int, time: float) -> None:
         """Note that the drive ramps to another velocity from `time` on."""
         self.position, self.time = self.at(time), time
         change = velocity - self.velocity
-        self.margin += abs(change) * COUNTS_PER_SECOND * TICK_S
+        self._widen(abs(change) * COUNTS_PER_SECOND * TICK_S)
         ticks = abs(change) / self._ramp
         if ticks > 1.0:  # a ramp of n ticks is (n − 1)/2 ticks of the change behind a step
             self.position -= change * COUNTS_PER_SECOND * TICK_S * (ticks - 1.0) / 2.0
