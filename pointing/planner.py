@@ -193,7 +193,7 @@ class Planner:
             return self.reachable(target, begin)
 
         def goes(time: float) -> bool:
-            return self.allowed(target, time) and self._best(target, Start(time, start.counts), timing)[0] is not None
+            return self._best(target, Start(time, start.counts), timing)[0] is not None
 
         return self._first(goes, start.time, _WAY_STEP)
 
