@@ -226,10 +226,11 @@ class TC410:
             A slew goes on long after it should have ended; it was stopped.
         """
         seen = self._look()
+        was_slewing = self._slew is not None  # then these positions may be older than the landing
         self._see_slew(seen)
         reading = Reading(
             time=seen.state.time,
-            axes=tuple(self._axis_reading(i, seen) for i in (0, 1)),
+            axes=tuple(self._axis_reading(i, seen, observe=not was_slewing) for i in (0, 1)),
             motion=seen.motion,
             limits=seen.limits,
             alarms=seen.alarms,
@@ -257,7 +258,7 @@ class TC410:
             self._trust.may_be_off(_STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes))
         return seen
 
-    def _axis_reading(self, i: int, seen: _Seen) -> AxisReading:
+    def _axis_reading(self, i: int, seen: _Seen, *, observe: bool) -> AxisReading:
         """One axis, carried from its own moment to that of the flags."""
         counts, at, time = seen.counts[i], seen.positions[i], seen.state.time
         slewing = self._slew is not None or seen.slewing[i]
@@ -270,7 +271,8 @@ class TC410:
         rate = 0.0
         if self._tracked is not None and self._slew is None:
             tracked = self._tracked[i]
-            tracked.observe(counts, at.time, at.late_s)
+            if observe:
+                tracked.observe(counts, at.time, at.late_s)
             if not seen.disturbed:
                 return AxisReading(tracked.at(time), uncertainty + tracked.margin, tracked.rate, slewing)
         if seen.motion:

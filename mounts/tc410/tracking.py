@@ -73,11 +73,9 @@ class TrackedAxis:
         lowest = counts - blur - max(0.0, self.rate * late_s)
         highest = counts + 1.0 + blur - min(0.0, self.rate * late_s)
         low, high = max(lowest, expected - self.below), min(highest, expected + self.above)
-        if low - high > _DISTURBED:
-            self.disturbed = True
+        if low > high:  # what was known is wrong: only the reading counts
+            self.disturbed |= low - high > _DISTURBED
             low, high = lowest, highest
-        elif low > high:  # the edge of the reported count is nearer to the truth
-            low = high = lowest if expected < lowest else highest
         position = Interval(low, high).nearest(expected)
         self.position, self.time = position, time
         self.below = max(position - low, _LEAST_WIDTH)
