@@ -175,6 +175,7 @@ def test_the_axes_land_where_the_target_then_is(kind, together):
 
 @kinds
 @pytest.mark.parametrize(("horizon", "sun_deg", "x"), [(None, 0.0, 0.0), (HILLS, 35.0, 1.5)])
+@pytest.mark.campaign
 def test_the_plan_is_the_earliest_of_all_allowed_ways(kind, horizon, sun_deg, x):
     rng = np.random.default_rng(7)
     agreed, refused, grazing, worst = 0, 0, 0, 0.0
@@ -202,8 +203,7 @@ def test_the_plan_is_the_earliest_of_all_allowed_ways(kind, horizon, sun_deg, x)
     assert refused >= 2
 
 
-def test_a_slower_axis_makes_the_other_posture_earlier():
-    """By full speeds alone the present posture looks as quick; with its starts and stops it is not."""
+def test_the_other_posture_is_taken_when_it_arrives_earlier():
     subject = planner(MountType.EQUATORIAL_FORK, limits_deg=((-170.0, 190.0), (-250.0, 100.0)))
     start = start_at(subject, 80.0, -60.0)
     target = FixedHaDec(math.radians(-95.0), math.radians(-75.0))
