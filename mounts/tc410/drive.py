@@ -16,6 +16,7 @@ from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.calibration import Learnt
 from mounts.tc410.landing import Landing
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name
+from mounts.tc410.report import report
 from mounts.tc410.settings import TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
 from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
@@ -113,6 +114,8 @@ class TC410:
         self._models: tuple[Tc410SlewModel, Tc410SlewModel] | None = None
         self._control = 0
         self._last: Reading | None = None
+        self._counts: tuple[float, float] | None = None
+        self._moved = True  # between the last two looks
         self._slew: SlewWatch | None = None
         self._landing: Landing | None = None
         self._tracked: tuple[TrackedAxis, TrackedAxis] | None = None
@@ -211,9 +214,10 @@ class TC410:
         )
         return one, two
 
-    def _leave_cookie(self, counts: tuple[float, float]) -> None:
+    def _leave_cookie(self, counts: Sequence[float]) -> None:
         """Write target registers that power-up would not leave behind."""
-        self._write_targets([int(here) ^ (1 if here == CENTRE else 0) for here in counts])
+        whole = [int(here) for here in counts]
+        self._write_targets(self._encoded("target_position", [here ^ (here == CENTRE) for here in whole]))
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -252,6 +256,7 @@ class TC410:
         """Read the unit, and judge at once whether its position can be trusted."""
         one, two = (self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position") for axis in _AXES)
         seen = _Seen((one, two), self._unit.read("slew_flags", "supply_flags"))
+        self._moved, self._counts = seen.counts != self._counts, seen.counts
         if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
             self._slew = self._landing = self._tracked = None
         if not seen.powered:
@@ -275,7 +280,7 @@ class TC410:
                 tracked.observe(counts, at.time, at.late_s)
             if not seen.disturbed:
                 return AxisReading(tracked.at(time), uncertainty + tracked.margin, tracked.rate, slewing)
-        if seen.motion:
+        if seen.motion or self._moved:
             rate = self._axis_register(i + 1, "velocity") * COUNTS_PER_SECOND
         return AxisReading(counts + 0.5 + rate * (time - at.time), uncertainty + 0.5, rate, slewing)
 
@@ -325,29 +330,29 @@ class TC410:
         RegisterError
             A target or rate is outside what the drive can hold; nothing was sent.
         """
-        words = [
-            self._unit.encoded(f"axis{axis}_target_position", slew.target)
-            for axis, slew in zip(_AXES, axes, strict=True)
-        ]
-        velocities = [round(slew.rate_after / COUNTS_PER_SECOND) for slew in axes]
-        for axis, velocity in zip(_AXES, velocities, strict=True):
-            self._unit.encoded(f"axis{axis}_tracking_velocity", velocity)
+        targets = self._encoded("target_position", [slew.target for slew in axes])
+        velocities = self._encoded("tracking_velocity", [slew.rate_after / COUNTS_PER_SECOND for slew in axes])
         lowered = self._speeds_to_lower(axes)
         self._learn()
-        plain = not self._lowered and not lowered
+        exchanges = self._unit.exchanges
         reading = self._ready(self.read(time))
-        self._slew = None
+        self._slew = self._landing = self._tracked = None
         self._write_control(self._control & ~(_SLEW | _REMOTE))
         self._set_speeds(lowered)
-        self._write_target_words(words)
-        for axis, velocity in zip(_AXES, velocities, strict=True):
-            self._unit.write(f"axis{axis}_tracking_velocity", velocity)
-        began = self._write_control(self._control & ~_TRACK | _SLEW | (_TRACK if any(velocities) else 0))
-        if plain:
+        self._write_targets(targets)
+        for axis, words in zip(_AXES, velocities, strict=True):
+            self._unit.write_words(f"axis{axis}_tracking_velocity", words)
+        tracks = any(any(words) for words in velocities)
+        began = self._write_control(self._control & ~_TRACK | _SLEW | (_TRACK if tracks else 0))
+        if self._unit.exchanges - exchanges == _START_EXCHANGES:  # more when it came from motion, or to a lower speed
             self._learnt = self._learnt.started(began - time)
         one, two = (self._watch(i, reading, slew, lowered, began) for i, slew in enumerate(axes))
-        self._slew, self._tracked = SlewWatch((one, two)), None
+        self._slew = SlewWatch((one, two))
         return began
+
+    def _encoded(self, name: str, values: Sequence[float]) -> list[tuple[int, ...]]:
+        """The words of a register of both axes; what they cannot hold is refused here, before anything is sent."""
+        return [self._unit.encoded(f"axis{axis}_{name}", value) for axis, value in zip(_AXES, values, strict=True)]
 
     def _ready(self, reading: Reading) -> Reading:
         if reading.unsynchronised:
@@ -386,15 +391,7 @@ class TC410:
             self._lowered = {}
             self._remember(self.memory)
 
-    def _write_targets(self, targets: Sequence[float]) -> None:
-        self._write_target_words(
-            [
-                self._unit.encoded(f"axis{axis}_target_position", target)
-                for axis, target in zip(_AXES, targets, strict=True)
-            ]
-        )
-
-    def _write_target_words(self, words: Sequence[tuple[int, ...]]) -> None:
+    def _write_targets(self, words: Sequence[tuple[int, ...]]) -> None:
         """Write both, and have them remembered first: a host that dies in between leaves either in the unit."""
         self._trust.will_hold(words)
         self._remember(self.memory)
@@ -456,9 +453,7 @@ class TC410:
         RegisterError
             A position is outside what the drive can count; nothing was sent.
         """
-        wanted = [
-            self._unit.encoded(f"axis{axis}_position", value) for axis, value in zip(_AXES, counts, strict=True)
-        ]
+        wanted = self._encoded("position", counts)
         if self._slew is not None:
             raise DriveRefused("a slew is under way; `stop`, then sync")
         self._control = int(self._unit.read("velocity_control")["velocity_control"])
@@ -466,13 +461,14 @@ class TC410:
         for axis, words in zip(_AXES, wanted, strict=True):
             written = self._unit.write_words(f"axis{axis}_position", words)
             self._check_synchronised(axis, words, written)
+        self._leave_cookie(counts)
         self._trust.synchronised()
         self._landing = self._tracked = None
         seen = self._look()
-        self._leave_cookie(seen.counts)
         write_soft_limits(self._unit, self._settings)
         self._tracked = self._left_tracking(seen)
         self.read(time)
+        self._remember(self.memory)
 
     def _check_synchronised(self, axis: int, words: tuple[int, ...], written: float) -> None:
         wanted = by_name(f"axis{axis}_position").decode(words, self._unit.position_format)
@@ -496,6 +492,10 @@ class TC410:
         if not on:
             self.stop(0.0)
         self._unit.power(on=on)
+
+    def registers(self) -> Mapping[str, str]:
+        """Every readable register by name, as a person reads it."""
+        return report(self._unit)
 
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """End direct control, and tracking unless it is kept; give back the top speed."""

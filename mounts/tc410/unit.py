@@ -52,6 +52,8 @@ class Unit:
         self._pauses: deque[float] = deque(maxlen=_PACE_OF)
         self._received: float | None = None
         self.position_format: PositionFormat = "right"
+        self.exchanges = 0
+        """Requests answered so far."""
 
     def burst_s(self, exchanges: int, characters: int) -> float:
         """Seconds taken by exchanges that follow each other at once, by the pace of those seen so far."""
@@ -127,6 +129,7 @@ class Unit:
 
     def _arrival(self, answer: Answer, characters: int, asked: int = _REQUEST) -> tuple[float, float]:
         """When the unit had the request at the earliest, and how much later it may have been."""
+        self.exchanges += 1
         if self._received is not None:
             self._pauses.append(answer.received - self._received - (asked + characters) * self._character_s)
         self._received = answer.received
