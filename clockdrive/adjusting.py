@@ -1,6 +1,7 @@
 """What a person corrects: the position by `sync`, the place on the sky by offsets."""
 
 import math
+from contextlib import suppress
 
 from clockdrive.corrections import OFFSETS
 from clockdrive.errors import Refused
@@ -38,7 +39,9 @@ class Adjusting:
         """
         session, planner = self._session, self._session.planner
         session.require_free(parked=True)
-        reading = session.poll() or session.reading
+        with suppress(Refused):  # what had to stop has stopped; a sync may be what repairs it
+            session.poll()
+        reading = session.reading
         if reading is None:
             raise Refused("the drive has not answered yet; try again in a moment")
         now = session.clock.now()

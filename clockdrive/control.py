@@ -4,10 +4,14 @@ The loop runs *steps*: a generator that does a bit of work and yields the second
 in the foreground (a slew) is such a generator; with none, the background cycle keeps polling and tracking. Calls are
 done between steps; an interruption is done before all other calls and ends the command in the foreground.
 
+What runs inside a step, such as the report of a slew's progress, may call as well: its calls are done at once, and
+its interruption ends the command it runs in.
+
 With the system's clock a thread runs the loop. With a virtual clock nobody waits: the loop runs inside the call that
 needs it, so a test or a simulation is deterministic.
 """
 
+import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Generator
@@ -20,6 +24,9 @@ from transports.link import Clock
 
 T = TypeVar("T")
 Steps = Generator[float, None, T]
+_BUSY = "another command is moving the telescope; wait for it, or `stop` first"
+_AFTER_A_FAULT_S = 1.0
+_LOG = logging.getLogger(__name__)
 
 
 class Control(Protocol):
@@ -66,8 +73,8 @@ class _Foreground:
 
     def begin(self, steps: Steps[Any], future: Future[Any]) -> None:
         if self.steps is not None:
-            steps.close()
-            future.set_exception(Refused("another command is moving the telescope; wait for it, or `stop` first"))
+            steps.close()  # it has not begun
+            future.set_exception(Refused(_BUSY))
             return
         self.steps, self.future = steps, future
 
@@ -101,6 +108,7 @@ class InlineControl:
         self._clock = clock
         self._cycle = cycle
         self._foreground = _Foreground()
+        self._stepping = False
         self._due = clock.now()
 
     def call(self, work: Callable[[], T]) -> T:
@@ -112,12 +120,22 @@ class InlineControl:
         future: Future[T] = Future()
         self._foreground.begin(steps, future)
         while not future.done():
-            self._clock.sleep(self._foreground.advance())
+            self._clock.sleep(self._advanced())
         self._due = self._clock.now()
         return future.result()
 
+    def _advanced(self) -> float:
+        self._stepping = True
+        try:
+            return self._foreground.advance()
+        finally:
+            self._stepping = False
+
     def interrupt(self, work: Callable[[], T], reason: str) -> T:
         """Do `work` now and end the foreground."""
+        if self._stepping:
+            work()
+            raise Refused(reason)
         self._foreground.abandon(reason)
         return work()
 
@@ -126,7 +144,8 @@ class InlineControl:
         end = self._clock.now() + seconds
         while self._due < end:
             self._clock.sleep(self._due - self._clock.now())
-            self._due = self._clock.now() + self._cycle()
+            began = self._clock.now()
+            self._due = began + self._cycle()
         self._clock.sleep(end - self._clock.now())
 
     def close(self) -> None:
@@ -149,16 +168,24 @@ class ThreadedControl:
 
     def call(self, work: Callable[[], T]) -> T:
         """Do `work` on the control thread, after the calls that came before."""
+        if self._inside:
+            return work()
         return self._queued(self._calls, work).result()
 
     def perform(self, steps: Steps[T]) -> T:
         """Run `steps` on the control thread to their end."""
+        if self._inside:
+            steps.close()
+            raise Refused(_BUSY)
         future: Future[T] = Future()
-        self._queued(self._calls, lambda: self._foreground.begin(steps, future)).result()
+        self.call(lambda: self._foreground.begin(steps, future))
         return future.result()
 
     def interrupt(self, work: Callable[[], T], reason: str) -> T:
         """Do `work` on the control thread before everything else, and end the foreground."""
+        if self._inside:
+            work()
+            raise Refused(reason)
 
         def abandon_first() -> T:
             self._foreground.abandon(reason)
@@ -175,12 +202,14 @@ class ThreadedControl:
         with self._wake:
             self._closing = True
             self._wake.notify()
-        if self._thread is not threading.current_thread():
+        if not self._inside:
             self._thread.join()
 
+    @property
+    def _inside(self) -> bool:
+        return threading.current_thread() is self._thread
+
     def _queued(self, line: deque[Callable[[], None]], work: Callable[[], T]) -> Future[T]:
-        if threading.current_thread() is self._thread:
-            raise RuntimeError("the control thread cannot wait for itself; call the session directly")
         future: Future[T] = Future()
 
         def done() -> None:
@@ -207,8 +236,21 @@ class ThreadedControl:
             if self._closing:
                 self._foreground.abandon("the telescope was closed")
                 return
-            wait = self._cycle() if self._foreground.steps is None else self._foreground.advance()
-            due = self._clock.now() + wait
+            due = self._background() if self._foreground.steps is None else self._foreground_step()
+
+    def _background(self) -> float:
+        """Do one cycle; return when the next is due, counted from its beginning."""
+        began = self._clock.now()
+        try:
+            return began + self._cycle()
+        except Exception:  # noqa: BLE001 - the telescope must not lose its thread
+            _LOG.exception("the background cycle failed")
+            return began + _AFTER_A_FAULT_S
+
+    def _foreground_step(self) -> float:
+        """Do one step of the command; return when the next is due, counted from its end."""
+        wait = self._foreground.advance()
+        return self._clock.now() + wait
 
     def _next(self, due: float) -> Callable[[], None] | None:
         """The next call, when one comes before `due`."""

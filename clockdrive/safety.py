@@ -7,23 +7,31 @@ from pointing.planner import Planner
 class Guard:
     """The standing safety rules of one telescope.
 
-    A telescope that is already where it must not be, at start-up or after a person moved it, may be led out: the sky
-    and axis rules bind from the first reading that keeps them.
+    A telescope that is already where it must not be, at start-up or after a person moved it, may be led out by a
+    slew: the sky and axis rules bind it from the first reading that keeps them. Tracking never goes on there.
     """
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
         self._was_clear = False
 
-    def why_stop(self, reading: Reading, *, moving: bool) -> str:
-        """The reason to stop, with its bound and what to do; empty when there is none."""
+    def why_stop(self, reading: Reading, doing: str) -> str:
+        """The reason to stop, with its bound and what to do; empty when there is none.
+
+        Parameters
+        ----------
+        reading : Reading
+            What the drive says.
+        doing : str
+            "at rest", "tracking", or a slew, whose path was checked before it began.
+        """
         counts = reading.axes[0].counts, reading.axes[1].counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
         broken = "; ".join(check.detail for check in checks if not check.ok)
         was_clear, self._was_clear = self._was_clear, not broken
-        if not moving:
+        if doing == "at rest":
             return ""
-        return _of_the_drive(reading) or (broken if was_clear else "")
+        return _of_the_drive(reading) or (broken if was_clear or doing == "tracking" else "")
 
 
 def _of_the_drive(reading: Reading) -> str:

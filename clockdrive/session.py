@@ -6,11 +6,12 @@ reading passes the same safety checks, whoever moved the telescope. The commands
 
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import NoReturn
 
 from clockdrive.corrections import OFFSETS
-from clockdrive.errors import Refused
+from clockdrive.errors import Refused, StateError
 from clockdrive.pursuit import Pursuit
 from clockdrive.safety import Guard
 from clockdrive.state import Activity, Event, Position, StateStore
@@ -62,10 +63,11 @@ class Session:
         self.clock = clock
         self._after_reading = after_reading
         self.pursuit: Pursuit | None = None
-        self.doing = "idle"
+        self.doing = self._at_rest()
         self.reading: Reading | None = None
         self.link_lost_since: float | None = None
         self.trouble = ""
+        self._must_stop = False
         self._guard = Guard(planner)
 
     # Opening and closing ---------------------------------------------------------------------------------------
@@ -81,7 +83,10 @@ class Session:
             self.note("drive", note)
         if reading.tracking:  # left so by an earlier command; the safety rules bind it again
             self.doing = "tracking"
-        return self.taken(reading)
+        self.taken(reading)
+        with suppress(Refused):  # it was stopped, and `trouble` says why
+            self._guarded(reading)
+        return reading
 
     def close(self, *, keep_tracking: bool = False) -> bool:
         """Leave the drive safe; return whether it goes on tracking.
@@ -90,13 +95,16 @@ class Session:
         were written and read back; any other is stopped.
         """
         keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone
+        self.pursuit = None
         try:
             self.drive.close(self.clock.now(), keep_tracking=keep)
+        except (DriveError, TransportError) as error:  # it may move on: the next start makes it safe first
+            self.store.begin(Activity("stopping", self.clock.now(), detail=str(error)))
+            raise
         finally:
-            self.pursuit = None
-            self.store.end_activity()
             self.remember()
             self._after_reading()
+        self.store.end_activity()
         return keep
 
     # Reading and safety ----------------------------------------------------------------------------------------
@@ -104,16 +112,29 @@ class Session:
     def cycle(self) -> float:
         """Poll, check, track; return the seconds to the next cycle. Never raises: the loop must go on."""
         try:
-            reading = self.poll()
-            if reading is not None and self.pursuit is not None:
-                self.drive.follow(self.pursuit, self.clock.now())
-        except (DriveError, TransportError, Refused) as error:
-            self.fail(str(error))
+            if self._must_stop:
+                self._try_to_stop()
+            self.poll()
+            self.follow()
+        except Refused:
+            pass  # it was stopped, and `trouble` says why
+        except (DriveError, StateError) as error:
+            self.stop_and_fail(str(error))
         except Exception as error:  # noqa: BLE001 - a telescope that moves must not lose its control thread
             _LOG.exception("the control cycle failed; the telescope is stopped")
-            self.fail(f"internal error, the telescope was stopped: {error!r}; `clockdrive report` helps to find it")
-            self._try_to_stop()
-        return _IDLE_PERIOD_S if self.pursuit is None else _TRACKING_PERIOD_S
+            self.stop_and_fail(
+                f"internal error, the telescope was stopped: {error!r}; `clockdrive report` helps to find it"
+            )
+        return _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
+
+    def follow(self) -> None:
+        """Keep the drive on the target in pursuit, if there is one; a silent link is waited for."""
+        if self.pursuit is None or self.link_lost_since is not None:
+            return
+        try:
+            self.drive.follow(self.pursuit, self.clock.now())
+        except TransportError as error:
+            self._link_lost(error)
 
     def poll(self) -> Reading | None:
         """Read the drive and check it; None while the link is silent.
@@ -132,10 +153,13 @@ class Session:
             self.note("link", f"the link is back after {reading.time - self.link_lost_since:.1f} s")
             self.link_lost_since = None
         self.taken(reading)
-        why = self._guard.why_stop(reading, moving=self.doing not in _AT_REST)
+        self._guarded(reading)
+        return reading
+
+    def _guarded(self, reading: Reading) -> None:
+        why = self._guard.why_stop(reading, "at rest" if self.doing in _AT_REST else self.doing)
         if why:
             self.halt(why)
-        return reading
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
@@ -169,17 +193,30 @@ class Session:
 
     def fail(self, why: str) -> None:
         """Give up what was being done; the drive is left as it is."""
-        if self.pursuit is not None or self.doing not in _AT_REST:
-            self.note("stopped", why)
         self.trouble = why
         self.pursuit = None
-        self.now_doing("idle")
+        if self.doing not in _AT_REST:
+            self.note("stopped", why)
+            self.doing = "idle"
+            with self._unwritten():
+                self.now_doing("idle")
+
+    def stop_and_fail(self, why: str) -> None:
+        """Stop after a failure that leaves the drive's state in doubt; what rests is left alone."""
+        if self.doing not in _AT_REST:
+            self._try_to_stop()
+        self.fail(why)
 
     def _try_to_stop(self) -> None:
+        """Stop; where that fails, every cycle tries again."""
         try:
             self.drive.stop(self.clock.now())
         except (DriveError, TransportError) as error:
-            self.note("stop failed", f"{error}; switch the drive off by hand if the telescope still moves")
+            if not self._must_stop:
+                self.note("stop failed", f"{error}; tried again and again; the drive's own switch stops it as well")
+            self._must_stop = True
+        else:
+            self._must_stop = False
 
     # Planning --------------------------------------------------------------------------------------------------
 
@@ -254,6 +291,10 @@ class Session:
         Refused
             The telescope moves, or is parked.
         """
+        if self._must_stop:
+            self._try_to_stop()
+        if self._must_stop:
+            raise Refused("the telescope could not be stopped yet, the drive does not answer; check its link")
         if self.doing in {"slewing", "jogging"}:
             raise Refused(f"the telescope is {self.doing}; wait for it, or `stop` first")
         if self.store.parked() and not parked:
@@ -272,23 +313,20 @@ class Session:
         return self.pursuit
 
     def stop(self) -> None:
-        """Stop everything, tracking included."""
+        """Stop everything, tracking included; a stop that does not reach the drive is tried again every cycle."""
         self.pursuit = None
-        try:
-            self.drive.stop(self.clock.now())
-        finally:
-            self.now_doing("idle")
-            self.note("stopped", "by command")
-
-    def stop_and_fail(self, why: str) -> None:
-        """Stop after a failure that leaves the drive's state in doubt."""
-        self._try_to_stop()
-        self.fail(why)
+        self._must_stop = True
+        self.doing = self._at_rest()
+        self.drive.stop(self.clock.now())
+        self._must_stop = False
+        self.now_doing(self.doing)
+        self.note("stopped", "by command")
 
     def unpark(self) -> None:
         """Allow motion again."""
         self.store.record_parked(parked=False, time=self.clock.now())
-        self.now_doing("idle")
+        if self.doing in _AT_REST:
+            self.now_doing("idle")
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or stop and send the drive to standby."""
@@ -306,8 +344,20 @@ class Session:
             self.store.begin(Activity(doing, self.clock.now(), detail=detail))
 
     def note(self, kind: str, text: str) -> None:
-        """Write into the history."""
-        self.store.record_event(Event(self.clock.now(), kind, text))
+        """Write into the history; one that cannot be written must not keep the telescope from being stopped."""
+        with self._unwritten():
+            self.store.record_event(Event(self.clock.now(), kind, text))
+
+    def _at_rest(self) -> str:
+        return "parked" if self.store.parked() else "idle"
+
+    @contextmanager
+    def _unwritten(self) -> Iterator[None]:
+        """Log what the store cannot take."""
+        try:
+            yield
+        except StateError as error:
+            _LOG.error("not remembered: %s", error)
 
 
 def _counts(reading: Reading) -> tuple[float, float]:

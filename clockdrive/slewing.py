@@ -10,10 +10,8 @@ from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Activity
 from mounts.drive import AxisSlew
-from mounts.errors import DriveError
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
-from transports.errors import TransportError
 
 _SLEW_PERIOD_S = 0.25
 _LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
@@ -23,6 +21,7 @@ _SETTLED_COUNTS = 2.0
 _SETTLING_PERIOD_S = 0.5
 _SETTLE_S = 15.0
 _MOST_SLEWS = 4
+_LONGEST_JOG_S = 3600.0
 _LINK_LOST_S = 15.0  # after which a slew is given up; the drive ends it by itself
 
 
@@ -83,6 +82,7 @@ class Slewing:
         """
         session = self._session
         session.require_free()
+        session.poll()
         plans: list[Plan] = []
         error = math.inf
         while error > _ABSORBED_ARCSEC:
@@ -98,8 +98,8 @@ class Slewing:
         session.note("arrived", f"{target.name}, {error:.1f}″ off on landing, {len(plans)} slew(s)")
         return Arrival(plans[0], landed.time, error, len(plans))
 
-    def to_angles(self, name: str, angles: tuple[float, float], report: Report, then: str = "idle") -> Steps[Plan]:
-        """Slew to axis angles, radians, and stay there: park and home.
+    def park(self, angles: tuple[float, float], report: Report) -> Steps[Plan]:
+        """Slew to axis angles, radians, and allow no motion from there until `unpark`; parking again is harmless.
 
         Raises
         ------
@@ -107,11 +107,28 @@ class Slewing:
             As for `goto`.
         """
         session = self._session
-        session.require_free(parked=True)
+        plan = yield from self.to_angles("park", angles, report, parked=True)
+        session.store.record_parked(parked=True, time=session.clock.now())
+        session.now_doing("parked")
+        return plan
+
+    def to_angles(
+        self, name: str, angles: tuple[float, float], report: Report, *, parked: bool = False
+    ) -> Steps[Plan]:
+        """Slew to axis angles, radians, and stay there; a parked telescope only where `parked` allows it.
+
+        Raises
+        ------
+        Refused, Unreachable
+            As for `goto`.
+        """
+        session = self._session
+        session.require_free(parked=parked)
+        session.poll()
         plan = session.planner.plan_axes(name, angles, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
-        session.now_doing(then)
+        session.now_doing("idle")
         return plan
 
     def jog(self, axis: int, rate: float, seconds: float, report: Report) -> Steps[Plan]:
@@ -124,6 +141,9 @@ class Slewing:
         """
         session = self._session
         session.require_free()
+        if not 0.0 < seconds <= _LONGEST_JOG_S:
+            raise Refused(f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways")
+        session.poll()
         start, timing = session.start(), session.timing()
         angles = list(session.planner.angles(start.counts))
         angles[axis] += rate * seconds
@@ -158,8 +178,10 @@ class Slewing:
             session.drive.start(slews, session.clock.now())
             session.remember()
             yield from self._landing(plan, report)
-        except (DriveError, TransportError) as error:
-            session.stop_and_fail(str(error))
+        except (GeneratorExit, Refused):
+            raise  # whoever ended it, or refused to go on, stops the telescope
+        except BaseException as error:
+            session.stop_and_fail(str(error) or repr(error))
             raise
 
     def _landing(self, plan: Plan, report: Report) -> Steps[None]:
@@ -190,7 +212,7 @@ class Slewing:
         session = self._session
         deadline = session.clock.now() + _SETTLE_S
         while session.pursuit is pursuit:
-            session.drive.follow(pursuit, session.clock.now())
+            session.follow()
             if max(map(abs, pursuit.errors(session.synchronised()))) <= _SETTLED_COUNTS:
                 return
             if session.clock.now() > deadline:

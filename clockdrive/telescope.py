@@ -8,14 +8,14 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeVar
 
 from clockdrive import assembly
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import Answer, PlanAnswer, arrival_answer, plan_answer
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
-from clockdrive.control import control_for
+from clockdrive.control import Steps, control_for
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
 from clockdrive.planning import posix, rates_of, resolve
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from clockdrive.planning import TargetLike, TimeLike
     from mounts.tc410.simulator import SimulatedTC410
     from transports.link import Clock
+
+T = TypeVar("T")
 
 
 def nobody(progress: Progress) -> None:
@@ -129,14 +131,12 @@ class Telescope:
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
         resolved = self._target(target, self.clock.now())
-        arrival = self._control.perform(self._slewing.goto(resolved, progress))
+        arrival = self._perform(self._slewing.goto(resolved, progress))
         return arrival_answer(arrival, self._session.planner)
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
-        angles = self._configured("park_deg")
-        plan = self._control.perform(self._slewing.to_angles("park", angles, progress, then="parked"))
-        self._control.call(lambda: self._store.record_parked(parked=True, time=self.clock.now()))
+        plan = self._perform(self._slewing.park(self._configured("park_deg"), progress))
         return plan_answer(plan, self._session.planner)
 
     def unpark(self) -> None:
@@ -145,7 +145,7 @@ class Telescope:
 
     def home(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the centre of both axes and stay there."""
-        plan = self._control.perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
+        plan = self._perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
         return plan_answer(plan, self._session.planner)
 
     def jog(
@@ -159,7 +159,7 @@ class Telescope:
         if axis not in {1, 2}:
             raise Refused(f"axis {axis}: use 1 or 2")
         steps = self._slewing.jog(axis - 1, math.radians(deg_s), seconds, progress)
-        return plan_answer(self._control.perform(steps), self._session.planner)
+        return plan_answer(self._perform(steps), self._session.planner)
 
     def stop(self) -> None:
         """Stop everything at once, tracking included; jumps the queue."""
@@ -256,6 +256,14 @@ class Telescope:
         if self._device is not None and (self._closed or now - self._kept_at >= 1.0):
             self._store.record_simulator(self._device.snapshot(), now)
             self._kept_at = now
+
+    def _perform(self, steps: Steps[T]) -> T:
+        """Run a command that moves the telescope; an interruption of the waiting stops it first."""
+        try:
+            return self._control.perform(steps)
+        except KeyboardInterrupt:
+            self.stop()
+            raise
 
     def _configured(self, name: str) -> tuple[float, float]:
         one, two = (math.radians(getattr(section, name)) for section in self.configuration.axes)
