@@ -36,9 +36,11 @@ class Line:
     """Between driver and unit; cuts, delays and counts what passes."""
 
     unit: Device
+    clock: VirtualClock
     dead: bool = False  # nothing passes
     deaf_to_answers: bool = False  # requests arrive, answers do not
     requests: list[bytes] = field(default_factory=list)
+    delay_s: Callable[[], float] = lambda: 0.0  # of each request and each answer beyond the link's latency
     before: Callable[[bytes], None] | None = None
 
     def receive(self, data: bytes, t: float) -> bytes:
@@ -47,7 +49,9 @@ class Line:
         self.requests.append(data)
         if self.dead:
             return b""
-        answer = self.unit.receive(data, t)
+        late = self.delay_s()
+        answer = self.unit.receive(data, t + late)
+        self.clock.sleep(late + self.delay_s())
         return b"" if self.deaf_to_answers else answer
 
 
@@ -90,7 +94,7 @@ class Bench:
         self.configuration = load(None, {}, dotted)
         self.clock = VirtualClock(clock_start)
         self.unit: SimulatedTC410 = simulators.tc410(self.configuration, clock_start, None)
-        self.line = Line(self.unit)
+        self.line = Line(self.unit, self.clock)
         self.planner = planner(self.configuration)
         self.kept: dict[str, Any] = {}
         self.drive = self.made()

@@ -13,6 +13,7 @@ from mounts.tc410.slew_watch import AxisWatch, SlewWatch
 from mounts.tc410.tracking import TrackedAxis
 
 _TELLING_RATE = 1.0  # counts/s; slower axes say too little of the time
+_WATCHED_S = 2.0  # a landing that the flags do not show within this could be that of either axis
 _SETTLED_S = 8.0  # of tracking, after which the landing is known as well as it will be
 
 
@@ -26,18 +27,18 @@ class Landing:
         The slew.
     landings : tuple of Interval
         Seconds from its start between which each axis landed, by the flags.
-    since : tuple of Interval
-        The same for the moment each axis took up tracking.
     supposed : tuple of float
-        The moment within it from which `tracked` started.
+        Seconds from its start after which each axis is supposed to have taken up tracking.
+    together : bool
+        Whether tracking resumed on both axes at the later landing.
     tracked : tuple of TrackedAxis, optional
         The dead reckoning since then; None when the drive does not track.
     """
 
     watch: SlewWatch
     landings: tuple[Interval, Interval]
-    since: tuple[Interval, Interval]
     supposed: tuple[float, float]
+    together: bool
     tracked: tuple[TrackedAxis, TrackedAxis] | None
 
     @classmethod
@@ -55,11 +56,11 @@ class Landing:
                 _tracked(watch.axes[0], since[0], supposed[0]),
                 _tracked(watch.axes[1], since[1], supposed[1]),
             )
-        return cls(watch, (one, two), since, supposed, tracked)
+        return cls(watch, (one, two), supposed, together, tracked)
 
     def is_settled(self, time: float) -> bool:
         """Whether nothing more can be learnt by waiting."""
-        return self.tracked is None or time > self.watch.axes[0].began + self.since[0].high + _SETTLED_S
+        return self.tracked is None or time > self.watch.axes[0].began + max(self.supposed) + _SETTLED_S
 
     def found(self) -> tuple[Interval, Interval] | None:
         """Seconds from the start between which each axis landed; None when something disturbed it."""
@@ -68,17 +69,19 @@ class Landing:
         if any(axis.disturbed for axis in self.tracked):
             return None
         found = list(self.landings)
-        for i, (axis, since) in enumerate(zip(self.tracked, self.since, strict=True)):
+        for i, axis in enumerate(self.tracked):
             rate = self.watch.axes[i].rate_after
             if abs(rate) < _TELLING_RATE:
                 continue
             late = sorted((-(axis.corrected - axis.below) / rate, -(axis.corrected + axis.above) / rate))
             supposed = self.supposed[i]
-            later = self._later() if since == self.since[1 - i] else i
-            common = Interval(supposed + late[0] - TICK_S, supposed + late[1] + TICK_S).within(found[later])
+            landed = self._later() if self.together else i
+            if found[landed].high - found[landed].low > _WATCHED_S:
+                continue
+            common = Interval(supposed + late[0] - TICK_S, supposed + late[1] + TICK_S).within(found[landed])
             if common is None:
                 return None
-            found[later] = common
+            found[landed] = common
         return found[0], found[1]
 
     def _later(self) -> int:
