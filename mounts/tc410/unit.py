@@ -8,7 +8,7 @@ gone by before the unit had the request, so the moment is known as an interval.
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from statistics import median
+from statistics import mean, median
 
 from mounts.tc410.registers import Kind, PositionFormat, Register, RegisterError, at, by_name
 from transports.modbus_ascii import Answer, ModbusAscii
@@ -18,7 +18,8 @@ _WRITE_ANSWER = 17
 _REQUEST = 17  # characters of a request; one that writes a pair has more
 _PAIR_REQUEST = 27
 _BITS_PER_CHARACTER = 10
-_PACE_OF = 15  # exchanges
+_PACE_OF = 25  # exchanges
+_USUAL = 4.0  # times the median pause; longer ones lay between two calls
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,15 @@ class Unit:
 
     def burst_s(self, exchanges: int, characters: int) -> float:
         """Seconds taken by exchanges that follow each other at once, by the pace of those seen so far."""
-        pause = median(self._pauses) if self._pauses else 0.0
-        return exchanges * pause + characters * self._character_s
+        return exchanges * self._pause_s + characters * self._character_s
+
+    @property
+    def _pause_s(self) -> float:
+        """The mean of what exchanges took beyond their characters, those left out that the host let wait."""
+        if not self._pauses:
+            return 0.0
+        usual = _USUAL * median(self._pauses)
+        return mean(pause for pause in self._pauses if pause <= usual)
 
     def read(self, first: str, last: str | None = None) -> Values:
         """Read the registers from `first` to `last`, neighbours in the table, in one request.

@@ -53,6 +53,7 @@ def test_a_link_of_uneven_delays_costs_little(jitter_s: float) -> None:
     bench = Bench()
     chance = random.Random(3)  # noqa: S311 - the same delays every time
     bench.line.delay_s = lambda: chance.expovariate(1.0 / jitter_s)
+    bench.restarted()
     met = []
     for place in [(-20.0, -30.0), (30.0, -60.0), (5.0, -20.0), (-50.0, -10.0)]:
         star = bench.star(*place)
