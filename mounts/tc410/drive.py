@@ -9,12 +9,13 @@ noted only when the unit has acknowledged it, so that a command cut short can be
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.calibration import Learnt
 from mounts.tc410.landing import Landing
+from mounts.tc410.look import Look
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name
 from mounts.tc410.report import report
 from mounts.tc410.settings import TC410Settings
@@ -23,62 +24,18 @@ from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
 from mounts.tc410.tracking import BEAT_S, TrackedAxis
 from mounts.tc410.trust import Trust
-from mounts.tc410.unit import Unit, Values
+from mounts.tc410.unit import Unit
 from transports.modbus_ascii import ModbusAscii
 
 _AXES = (1, 2)
 _SLEW, _REMOTE, _TRACK = (
     by_name("velocity_control").mask(name) for name in ("slew_to_target", "remote_control", "tracking")
 )
-_ALARMS = {"supply_shut_down", "supply_over_current", "supply_over_voltage", "supply_under_voltage"}
-_HANDS = {"remote_control", "paddle", "joystick", "analogue_autoguider", "digital_autoguider"}
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
 _CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
 _WRITE_CHARACTERS = 27  # of the request that writes a pair
 _START_EXCHANGES = 9  # of a start: three reads, two writes of words and four of pairs
 _START_CHARACTERS = 3 * (17 + 27) + 2 * 17 + 17 + 4 * (27 + 17)  # up to the end of the last request
-
-
-@dataclass(frozen=True)
-class _Seen:
-    """One look at the unit."""
-
-    positions: tuple[Values, Values]
-    state: Values
-
-    @property
-    def counts(self) -> tuple[float, float]:
-        one, two = (values[f"axis{axis}_position"] for axis, values in zip(_AXES, self.positions, strict=True))
-        return one, two
-
-    @property
-    def slewing(self) -> tuple[bool, bool]:
-        running = self._asserted("slew_flags")
-        return "axis1_slewing" in running, "axis2_slewing" in running
-
-    @property
-    def motion(self) -> tuple[str, ...]:
-        return self._asserted("movement_flags")
-
-    @property
-    def limits(self) -> tuple[str, ...]:
-        return self._asserted("limit_flags")
-
-    @property
-    def alarms(self) -> tuple[str, ...]:
-        return tuple(sorted(_ALARMS.intersection(self._asserted("supply_flags"))))
-
-    @property
-    def powered(self) -> bool:
-        return "motor_power_enabled" in self._asserted("supply_flags")
-
-    @property
-    def disturbed(self) -> bool:
-        """Whether something but slew and tracking moves the telescope, or hinders it."""
-        return bool(_HANDS.intersection(self.motion) or self.limits or self.alarms or not self.powered)
-
-    def _asserted(self, register: str) -> tuple[str, ...]:
-        return by_name(register).asserted(int(self.state[register]))
 
 
 class TC410:
@@ -198,14 +155,14 @@ class TC410:
         models, self._notes = read_models(self._unit, self._settings)
         self._models = models
 
-    def _left_tracking(self, seen: _Seen) -> tuple[TrackedAxis, TrackedAxis] | None:
+    def _left_tracking(self, seen: Look) -> tuple[TrackedAxis, TrackedAxis] | None:
         """The dead reckoning of a drive that is tracking already."""
         if not self._control & _TRACK:
             return None
         velocities = [self._axis_register(axis, "tracking_velocity") for axis in _AXES]
         return self._tracked_from(seen, (int(velocities[0]), int(velocities[1])))
 
-    def _tracked_from(self, seen: _Seen, velocities: tuple[int, int]) -> tuple[TrackedAxis, TrackedAxis]:
+    def _tracked_from(self, seen: Look, velocities: tuple[int, int]) -> tuple[TrackedAxis, TrackedAxis]:
         one, two = (
             TrackedAxis(counts + 0.5, values.time, velocity, model.acceleration << 8)
             for counts, values, velocity, model in zip(
@@ -252,10 +209,10 @@ class TC410:
             )
         return reading
 
-    def _look(self) -> _Seen:
+    def _look(self) -> Look:
         """Read the unit, and judge at once whether its position can be trusted."""
         one, two = (self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position") for axis in _AXES)
-        seen = _Seen((one, two), self._unit.read("slew_flags", "supply_flags"))
+        seen = Look((one, two), self._unit.read("slew_flags", "supply_flags"))
         self._moved, self._counts = seen.counts != self._counts, seen.counts
         if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
             self._slew = self._landing = self._tracked = None
@@ -263,7 +220,7 @@ class TC410:
             self._trust.may_be_off(_STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes))
         return seen
 
-    def _axis_reading(self, i: int, seen: _Seen, *, observe: bool) -> AxisReading:
+    def _axis_reading(self, i: int, seen: Look, *, observe: bool) -> AxisReading:
         """One axis, carried from its own moment to that of the flags."""
         counts, at, time = seen.counts[i], seen.positions[i], seen.state.time
         slewing = self._slew is not None or seen.slewing[i]
@@ -287,7 +244,7 @@ class TC410:
     def _axis_register(self, axis: int, name: str) -> float:
         return self._unit.read(f"axis{axis}_{name}")[f"axis{axis}_{name}"]
 
-    def _see_slew(self, seen: _Seen) -> None:
+    def _see_slew(self, seen: Look) -> None:
         """Follow a slew under way, take up the dead reckoning where it has landed, and learn from it."""
         if self._slew is not None:
             self._slew.see(seen.counts, seen.positions, seen.state, seen.slewing)
@@ -300,7 +257,7 @@ class TC410:
             elif self._landing.is_settled(seen.state.time):
                 self._learn()
 
-    def _land(self, slew: SlewWatch, seen: _Seen) -> None:
+    def _land(self, slew: SlewWatch, seen: Look) -> None:
         self._slew = None
         undisturbed = slew.is_undisturbed(seen.counts, seen.positions)
         if undisturbed:
