@@ -1,0 +1,435 @@
+"""The dead-man process, with owners that are really killed and really frozen, on units really served.
+
+The simulated unit's own velocity is the oracle of what moves, and the frames it received of what was sent.
+"""
+
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from clockdrive.clock import SystemClock
+from mounts.deadman import DeadMan, DeadManError
+from mounts.deadman_process import ARM, BEAT, DISARM, Orders, SafeFrame, Watch, make_safe
+from mounts.tc410.dead_man_frames import safe_frames
+from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.simulator import SimulatedTC410
+from mounts.tc410.simulator_settings import SimulatorSettings
+from transports.errors import LinkError
+from transports.open_link import open_link
+from transports.serve import serve
+
+PROGRAM = "clockdrive.dead_man"
+RATE = 1000.0  # counts/s, 0.25 deg/s in the manual's gearing; from it the drive ramps down in 0.25 s
+SILENCE_S = 0.4
+CLOCK = SystemClock()
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals are a matter of POSIX")
+LISTENS = ["tcp://127.0.0.1:0", "pty:"]
+
+# An owner as a driver is one: it moves axis 1 under direct speed control, beating in its control loop.
+OWNER = """
+import sys, time
+from pathlib import Path
+from clockdrive.clock import SystemClock
+from mounts.deadman import DeadMan
+from mounts.tc410.dead_man_frames import safe_frames
+from mounts.tc410.unit import Unit
+from transports.modbus_ascii import ModbusAscii
+from transports.open_link import open_link
+from transports.serial_port import SerialLink
+from transports.tcp import TcpLink
+
+url, way, log, velocity, ending = sys.argv[1:]
+clock = SystemClock()
+if way == "shared":
+    TcpLink.fileno = lambda link: link._socket.fileno()
+    SerialLink.fileno = lambda link: link._port.fileno()
+dead_man = DeadMan(url, safe_frames(0x02), program="clockdrive.dead_man", log=Path(log))
+unit = Unit(ModbusAscii(dead_man.sharing(lambda: open_link(url, clock)), clock))
+unit.read("velocity_control")
+with dead_man:
+    dead_man.arm()
+    unit.write("axis1_target_velocity", float(velocity))
+    unit.write("velocity_control", 0x02)
+    print(dead_man._process.pid, flush=True)
+    until = time.monotonic() + (0.5 if ending == "clean" else 30.0)
+    while time.monotonic() < until and dead_man.beat():
+        unit.read("axis1_velocity")
+        time.sleep(0.05)
+    if ending == "clean":
+        unit.write("velocity_control", 0)
+        dead_man.disarm()
+print("gone:", dead_man.beat(), flush=True)
+"""
+
+
+class Watched:
+    """A unit that tells what it does while a server's thread drives it."""
+
+    def __init__(self):
+        self.unit = SimulatedTC410(SimulatorSettings(), CLOCK.now())
+        self.lock = threading.Lock()
+        self.heard = []
+
+    def receive(self, data, t):
+        with self.lock:
+            self.heard.append(data)
+            return self.unit.receive(data, t)
+
+    @property
+    def velocity(self):
+        with self.lock:
+            self.unit.advance(CLOCK.now())
+            return self.unit.axes[0].velocity
+
+    @property
+    def control(self):
+        with self.lock:
+            return self.unit.memory.raw("velocity_control"), self.unit.memory.raw("axis1_target_velocity")
+
+    def seconds_until(self, condition, limit=5.0):
+        begun = time.monotonic()
+        while not condition():
+            assert time.monotonic() - begun < limit, f"{limit} s have passed"
+            time.sleep(0.002)
+        return time.monotonic() - begun
+
+
+class Answering:
+    """A device that answers as it is told, and keeps what it heard."""
+
+    def __init__(self, answers=()):
+        self.answers = list(answers)
+        self.heard = []
+
+    def receive(self, data, _t):
+        self.heard.append(data)
+        answer = self.answers.pop(0) if self.answers else b"yes\r"
+        if answer is None:
+            raise LinkError("dropped")
+        return answer
+
+
+@contextmanager
+def owner_of(device, url, way, log, ending="none"):
+    command = [sys.executable, "-c", OWNER, url, way, str(log), str(RATE / COUNTS_PER_SECOND), ending]
+    root = str(Path(__file__).parents[2])
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])}
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as owner:
+        try:
+            child = int(owner.stdout.readline())
+            device.seconds_until(lambda: device.velocity == round(RATE / COUNTS_PER_SECOND))
+            yield owner, child
+        finally:
+            owner.kill()
+
+
+def runs(pid):
+    """Whether a process exists that is no zombie."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        state = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True, check=False)
+        return state.stdout.strip()[:1] not in ("", "Z")
+    return False
+
+
+def ended(pid):
+    begun = time.monotonic()
+    while runs(pid):
+        assert time.monotonic() - begun < 2.0
+        time.sleep(0.01)
+    return True
+
+
+@posix
+@pytest.mark.parametrize("way", ["shared", "reopened"])
+@pytest.mark.parametrize("listen", LISTENS)
+def test_the_axis_stops_within_a_second_of_its_owner_being_killed(listen, way, tmp_path):
+    device = Watched()
+    with (
+        serve(device, CLOCK, listen) as server,
+        owner_of(device, server.address, way, tmp_path / "log") as (owner, child),
+    ):
+        owner.kill()
+        told = device.seconds_until(lambda: device.control == (0, 0))
+        stopped = told + device.seconds_until(lambda: device.velocity == 0)
+        assert ended(child)
+    print(f"{listen} killed, {way}: told after {told:.3f} s, stopped after {stopped:.3f} s")
+    assert stopped < 1.0
+    assert "the owner is gone; made safe in" in (tmp_path / "log").read_text()
+
+
+@posix
+@pytest.mark.parametrize("listen", LISTENS)
+def test_the_axis_stops_within_a_second_of_its_owner_being_frozen(listen, tmp_path):
+    device = Watched()
+    with (
+        serve(device, CLOCK, listen) as server,
+        owner_of(device, server.address, "shared", tmp_path / "log") as (
+            owner,
+            child,
+        ),
+    ):
+        owner.send_signal(signal.SIGSTOP)
+        told = device.seconds_until(lambda: device.control == (0, 0))
+        stopped = told + device.seconds_until(lambda: device.velocity == 0)
+        ended_by_then = device.seconds_until(lambda: "silent" in (tmp_path / "log").read_text())
+        owner.send_signal(signal.SIGCONT)
+        thawed, _ = owner.communicate(timeout=10.0)
+        assert device.velocity == 0
+        assert ended(child)
+    print(
+        f"{listen} frozen: told after {told:.3f} s, stopped after {stopped:.3f} s, logged {ended_by_then:.3f} s later"
+    )
+    assert stopped < 1.0
+    assert thawed.strip().endswith("gone: False") or owner.returncode != 0
+
+
+@posix
+@pytest.mark.parametrize("listen", LISTENS)
+def test_a_clean_end_sends_nothing_and_leaves_no_process(listen, tmp_path):
+    device = Watched()
+    with (
+        serve(device, CLOCK, listen) as server,
+        owner_of(device, server.address, "shared", tmp_path / "log", "clean") as (owner, child),
+    ):
+        owner.communicate(timeout=10.0)
+        assert owner.returncode == 0
+        assert ended(child)
+        heard = b"".join(device.heard)
+    assert safe_frames()[1].data not in heard
+    assert heard.count(safe_frames()[0].data) == 1  # the owner's own
+    assert not (tmp_path / "log").exists()
+
+
+@posix
+def test_a_killed_dead_man_is_noticed_at_the_next_beat_and_leaves_no_zombie():
+    with DeadMan("tcp://127.0.0.1:9", safe_frames(), program=PROGRAM) as dead_man:
+        dead_man.arm()
+        assert dead_man.beat()
+        pid = dead_man._process.pid
+        dead_man._process.send_signal(signal.SIGKILL)
+        begun = time.monotonic()
+        while dead_man.beat():
+            assert time.monotonic() - begun < 1.0
+        print(f"noticed {1e3 * (time.monotonic() - begun):.1f} ms after the signal: {dead_man.fate}")
+        assert "ended by itself" in dead_man.fate or "does not listen" in dead_man.fate
+        dead_man._process.wait(1.0)
+        assert not dead_man.alive
+        with pytest.raises(DeadManError, match="start again"):
+            dead_man.arm()
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+    dead_man.disarm()
+
+
+@posix
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_that_end_its_owner_do_not_end_it(sent):
+    with DeadMan("tcp://127.0.0.1:9", safe_frames(), program=PROGRAM) as dead_man:
+        assert os.getsid(dead_man._process.pid) != os.getsid(0)
+        os.kill(dead_man._process.pid, sent)
+        time.sleep(0.05)
+        assert dead_man.beat()
+        dead_man.disarm()
+
+
+def test_it_starts_and_ends_quickly_and_a_beat_costs_microseconds():
+    dead_man = DeadMan("tcp://127.0.0.1:9", safe_frames(), program=PROGRAM)
+    assert "not started" in dead_man.fate
+    begun = time.perf_counter()
+    dead_man.start()
+    started = time.perf_counter()
+    dead_man.arm()
+    costs = []
+    for _ in range(500):
+        before = time.perf_counter()
+        assert dead_man.beat()
+        costs.append(time.perf_counter() - before)
+        time.sleep(0.0002)
+    dead_man.disarm()
+    process = dead_man._process
+    ending = time.perf_counter()
+    dead_man.close()
+    dead_man.close()
+    over = time.perf_counter()
+    print(f"start {1e3 * (started - begun):.0f} ms, end {1e3 * (over - ending):.0f} ms")
+    print(f"beat {1e6 * statistics.median(costs):.0f} µs, at most {1e6 * max(costs):.0f} µs")
+    assert process.returncode == 0
+    assert started - begun < 1.0
+    assert not dead_man.alive
+
+
+def test_it_can_be_armed_again_and_started_again():
+    device = Answering()
+    frames = [SafeFrame(b"halt\r", rb"yes\r")]
+    with serve(device, CLOCK, "tcp://127.0.0.1:0") as server:
+        dead_man = DeadMan(server.address, frames, program=PROGRAM, silence_s=0.15)
+        for _ in range(2):
+            with dead_man:
+                for _ in range(2):
+                    dead_man.arm()
+                    assert dead_man.beat()
+                    dead_man.disarm()
+                time.sleep(0.3)
+                assert dead_man.alive
+        assert not device.heard
+        with dead_man:
+            dead_man.arm()
+            process = dead_man._process
+            process.wait(5.0)
+            assert not dead_man.beat()
+            assert "heard nothing for 0.15 s" in dead_man.fate
+    assert device.heard == [b"halt\r"]
+
+
+def test_leaving_its_context_armed_makes_the_drive_safe():
+    device = Answering()
+    with serve(device, CLOCK, "tcp://127.0.0.1:0") as server:
+        with DeadMan(server.address, [SafeFrame(b"halt\r", b"yes")], program=PROGRAM) as dead_man:
+            dead_man.arm()
+            process = dead_man._process
+        assert process.wait(5.0) == 3
+    assert device.heard == [b"halt\r"]
+
+
+@posix
+def test_a_connection_reopened_by_its_owner_is_not_held_up_by_the_dead_man():
+    device = Answering()
+    with (
+        serve(device, CLOCK, "tcp://127.0.0.1:0") as server,
+        DeadMan(server.address, [SafeFrame(b"halt\r", b"yes")], program=PROGRAM, silence_s=0.2) as dead_man,
+    ):
+
+        def opened():
+            link = open_link(server.address, CLOCK)
+            link.fileno = link._socket.fileno
+            return link
+
+        opening = dead_man.sharing(opened)
+        for number in range(20):  # the unit serves one client at a time
+            link = opening()
+            link.write(b"%d\r" % number)
+            assert link.read(100, 1.0) == b"yes\r"
+            link.close()
+            link.close()
+        held = opening()
+        held.write(b"held\r")
+        assert held.read(100, 1.0)
+        dead_man.arm()
+        dead_man._process.wait(5.0)
+        with pytest.raises(LinkError, match="lost"):
+            held.read(100, 1.0)
+        held.close()
+    assert device.heard == [*(b"%d\r" % number for number in range(20)), b"held\r", b"halt\r"]
+
+
+@pytest.mark.parametrize(
+    ("answers", "heard"),
+    [
+        ([b"y", b"yes\r"], [b"a\r", b"a\r", b"b\r"]),
+        ([b"no\r", b"no\r"], [b"a\r", b"a\r", b"a\r", b"b\r"]),
+        ([b"yes\r", None], [b"a\r", b"b\r", b"a\r", b"b\r"]),
+        ([None, None, None], [b"a\r", b"a\r", b"a\r", b"a\r", b"b\r"]),
+    ],
+    ids=["half an answer", "refused", "dropped at the second frame", "dropped"],
+)
+def test_frames_are_sent_until_each_is_confirmed(answers, heard):
+    device = Answering(answers)
+    with serve(device, CLOCK, "tcp://127.0.0.1:0") as server:
+        orders = Orders(server.address, (SafeFrame(b"a\r", rb"yes\r"), SafeFrame(b"b\r", rb"yes\r")), 0.4, "")
+        make_safe(orders, None, CLOCK)
+    assert device.heard == heard
+
+
+@posix
+def test_what_was_left_over_on_the_line_confirms_nothing():
+    ours, theirs = socket.socketpair()
+    theirs.sendall(b"yes\r")  # the answer to something the owner asked before it froze
+    heard = []
+
+    def answer():
+        heard.append(theirs.recv(100))
+        theirs.sendall(b"yes\r")
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    orders = Orders("tcp://127.0.0.1:9", (SafeFrame(b"a\r", rb"yes\r"),), 0.4, "")
+    assert make_safe(orders, ours.detach(), CLOCK) == 1
+    thread.join()
+    assert heard == [b"a\r"]
+    assert theirs.recv(1) == b""  # the connection is ended, for whoever has it
+    theirs.close()
+
+
+def test_a_unit_that_never_answers_is_given_up_at_last():
+    class Hasty:
+        waited = 0.0
+
+        def now(self):
+            return CLOCK.now()
+
+        def sleep(self, seconds):
+            self.waited += seconds
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        url = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+    clock = Hasty()
+    with pytest.raises(LinkError, match="cannot connect"):
+        make_safe(Orders(url, (SafeFrame(b"a\r", b"yes"),), 0.4, ""), None, clock)
+    assert 30.0 < clock.waited < 120.0
+
+
+@pytest.mark.parametrize(
+    ("messages", "reason"),
+    [
+        ([], ""),
+        ([BEAT, BEAT], ""),
+        ([ARM], "gone"),
+        ([ARM, BEAT], "gone"),
+        ([ARM, DISARM], ""),
+        ([ARM, DISARM, ARM], "gone"),
+    ],
+)
+def test_it_acts_on_the_end_of_the_channel_only_when_armed(messages, reason):
+    ours, theirs = socket.socketpair()
+    with theirs:
+        ours.sendall(bytes(messages))
+        ours.close()
+        assert reason in (found := Watch(theirs, 5.0).until_needed())
+        assert bool(found) == bool(reason)
+
+
+def test_the_frames_of_the_tc410_clear_what_the_host_may_move_and_leave_the_rest():
+    control, all_stop = safe_frames(0xBB)
+    assert control.data.startswith(b":FF0600000038")
+    assert all_stop.data.startswith(b":FF0600700001")
+    unit = SimulatedTC410(SimulatorSettings(), 0.0)
+    for t, frame in enumerate(safe_frames(), start=1):
+        answer = unit.receive(frame.data, float(t))
+        orders = Orders("", (frame,), 1.0, "")
+        assert Orders.from_text(orders.as_text()) == orders
+        assert answer == frame.data
+
+
+@pytest.mark.parametrize("silence_s", [0.0, -1.0, float("nan")])
+def test_a_silence_that_cannot_be_is_refused(silence_s):
+    with pytest.raises(DeadManError, match="above 0"):
+        DeadMan("tcp://127.0.0.1:9", safe_frames(), program=PROGRAM, silence_s=silence_s)
+
+
+def test_no_frames_and_no_program_are_refused():
+    with pytest.raises(DeadManError, match="frames"):
+        DeadMan("tcp://127.0.0.1:9", (), program=PROGRAM)
+    dead_man = DeadMan("tcp://127.0.0.1:9", safe_frames(), program="clockdrive.no_such_program")
+    with pytest.raises(DeadManError, match="did not start"):
+        dead_man.start()
+    assert not dead_man.alive
