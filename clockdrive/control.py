@@ -13,6 +13,7 @@ needs it, so a test or a simulation is deterministic.
 
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
@@ -153,7 +154,10 @@ class InlineControl:
 
 
 class ThreadedControl:
-    """The loop in a thread of its own, for the system's clock."""
+    """The loop in a thread of its own, for the system's clock.
+
+    It waits by the computer's monotonic time, so that a step of the clock neither stops nor rushes it.
+    """
 
     def __init__(self, clock: Clock, cycle: Callable[[], float]) -> None:
         self._clock = clock
@@ -226,12 +230,12 @@ class ThreadedControl:
         return future
 
     def _run(self) -> None:
-        due = self._clock.now()
+        due = time.monotonic()
         while True:
             work = self._next(due)
             if work is not None:
                 work()
-                due = self._clock.now() if self._foreground.steps is not None else due
+                due = time.monotonic() if self._foreground.steps is not None else due
                 continue
             if self._closing:
                 self._foreground.abandon("the telescope was closed")
@@ -240,7 +244,7 @@ class ThreadedControl:
 
     def _background(self) -> float:
         """Do one cycle; return when the next is due, counted from its beginning."""
-        began = self._clock.now()
+        began = time.monotonic()
         try:
             return began + self._cycle()
         except Exception:  # noqa: BLE001 - the telescope must not lose its thread
@@ -250,13 +254,13 @@ class ThreadedControl:
     def _foreground_step(self) -> float:
         """Do one step of the command; return when the next is due, counted from its end."""
         wait = self._foreground.advance()
-        return self._clock.now() + wait
+        return time.monotonic() + wait
 
     def _next(self, due: float) -> Callable[[], None] | None:
         """The next call, when one comes before `due`."""
         with self._wake:
             while not (self._urgent or self._calls or self._closing):
-                left = due - self._clock.now()
+                left = due - time.monotonic()
                 if left <= 0.0:
                     return None
                 self._wake.wait(left)
