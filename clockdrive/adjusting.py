@@ -3,7 +3,7 @@
 import math
 from contextlib import suppress
 
-from clockdrive.corrections import OFFSETS
+from clockdrive.corrections import OFFSETS, SYNC
 from clockdrive.errors import Refused
 from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
@@ -31,6 +31,8 @@ class Adjusting:
 
     def sync(self, target: Target, posture: Posture | None, *, force: bool) -> float:
         """Declare that the telescope points at a target now; return the correction of the larger axis, degrees.
+
+        What a person's offsets corrected is in the position from then on, so they are cleared.
 
         Raises
         ------
@@ -63,10 +65,13 @@ class Adjusting:
         session.store.record_synchronisation(
             Synchronisation(now, counts, _SYNC_UNCERTAINTY_ARCSEC, f"sync on {target.name}")
         )
-        session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″")
+        cleared = [name for name in OFFSETS if session.store.clear_correction(name)]
+        session.store.set_correction(Correction(SYNC, moved * 3600.0, "arcsec", f"sync on {target.name}", now))
+        also = f"; {', '.join(cleared)} cleared, as the position holds them now" if cleared else ""
+        session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″{also}")
         session.taken(session.drive.read(session.clock.now()))
         if session.pursuit is not None:
-            session.pursuit = Pursuit(planner, session.pursuit.target, side, (angle1, angle2))
+            session.pursuit = Pursuit(planner, _base(session.pursuit.target), side, (angle1, angle2))
         return moved
 
     def _middle(self) -> tuple[float, float]:
@@ -100,6 +105,10 @@ class Adjusting:
             No such correction can be removed.
         """
         store = self._session.store
+        if name == SYNC:
+            raise Refused(
+                "a sync is in the position itself and cannot be taken back: sync again, on what it points at"
+            )
         names = OFFSETS if name == "offset" else (name,)
         cleared = [each for each in names if store.clear_correction(each)]
         if not cleared:
@@ -110,6 +119,10 @@ class Adjusting:
     def _displace_pursuit(self) -> None:
         session = self._session
         if session.pursuit is not None:
-            target = session.pursuit.target
-            base = target.base if isinstance(target, OffsetTarget) else target
+            base = _base(session.pursuit.target)
             session.pursuit = session.pursuit.moved_to(session.displaced(base))
+
+
+def _base(target: Target) -> Target:
+    """The target without a person's offsets."""
+    return target.base if isinstance(target, OffsetTarget) else target

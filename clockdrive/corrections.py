@@ -5,10 +5,11 @@ from typing import Any
 
 from clockdrive.answers import utc
 from clockdrive.configuration import Configuration
-from clockdrive.state import Correction, StateStore
+from clockdrive.state import StateStore
 from pointing.instant import Instant
 from pointing.planner import Planner
 
+SYNC = "sync"
 OFFSETS = ("offset east", "offset north")
 _ARCSEC = 180.0 / math.pi * 3600.0
 
@@ -36,8 +37,7 @@ def ledger(
     earth = planner.sky.at(Instant.from_posix(time)).earth_orientation
     rows.append(_row("Earth orientation UT1−UTC", earth.dut1, "s", earth.note or "bundled IERS table"))
     rows.append(_row("host clock", 0.0, "s", "taken as it is; not compared with any other"))
-    made = [Correction("sync", 0.0, "arcsec", last.origin, last.time) for last in store.synchronisations(limit=1)]
-    for each in (*made, *store.corrections()):
+    for each in store.corrections():
         row = _row(each.name, each.value, each.unit, each.origin)
         rows.append({**row, "utc": utc(each.time), "age_s": time - each.time})
     return rows

@@ -29,8 +29,8 @@ def cards(status: Mapping[str, Any], configuration: Configuration) -> "Header":
     for name, value, comment in (
         ("TELESCOP", status["telescope"], "telescope"),
         ("OBJECT", status["target"] or "", "target"),
-        ("DATE-OBS", status["utc"].removesuffix("Z"), "UTC of the position"),
-        ("MJD-OBS", _mjd(status["utc"]), "UTC of the position"),
+        ("DATE-OBS", status["position_utc"].removesuffix("Z"), "UTC of the position"),
+        ("MJD-OBS", _mjd(status["position_utc"]), "UTC of the position"),
         ("TIMESYS", "UTC", ""),
         ("RADESYS", "ICRS", "of RA, DEC and CRVAL"),
         ("RA", icrs["ra_deg"], "[deg] where the telescope points"),

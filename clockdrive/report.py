@@ -13,6 +13,9 @@ from clockdrive.configuration import Configuration, load
 from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
 from clockdrive.state import StateStore
+from mounts.errors import DriveError
+from pointing.errors import PointingError
+from transports.errors import TransportError
 
 _PACKAGES = ("clockdrive", "numpy", "pyerfa", "astropy", "astropy-iers-data", "pymodbus", "pyserial", "pyongc")
 
@@ -47,7 +50,7 @@ def _parts(configuration_path: str | None) -> Iterator[tuple[str, str]]:
     yield "configuration.json", json.dumps(values, indent=1)
     try:
         yield from _history(configuration)
-    except ClockdriveError as error:
+    except (ClockdriveError, PointingError, DriveError, TransportError) as error:
         yield "state-problems.txt", str(error)
 
 

@@ -61,7 +61,8 @@ class Service:
 
     def _sync(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
         moved = self._telescope.sync(args["target"], args.get("posture"), force=bool(args.get("force")))
-        return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0}
+        noted = next((event.text for event in self._telescope.events(10) if event.kind == "sync"), "")
+        return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0, "noted": noted}
 
 
 def _done(work: Callable[[], None]) -> dict[str, object]:

@@ -41,6 +41,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
         "posture": planner.mount.posture(angles[1]),
         "observed": place,
         "icrs": {"ra_deg": math.degrees(ra), "dec_deg": math.degrees(dec)},
+        "position_utc": utc(reading.time),
         "position_age_s": now - reading.time,
         "axes": [
             {

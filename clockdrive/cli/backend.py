@@ -6,9 +6,14 @@ from contextlib import contextmanager
 from typing import Any, Protocol
 
 from clockdrive.configuration import Configuration, load
+from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
 from clockdrive.service import Service
 from clockdrive.telescope import Telescope
+from mounts.errors import DriveError
+from transports.errors import TransportError
+
+_MOVING = frozenset({"goto", "home", "jog", "park"})
 
 OnEvent = Callable[[Mapping[str, Any]], object]
 
@@ -34,11 +39,12 @@ class Attached:
         self.leaves_tracking = True
 
     def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
-        """Let the owner do it; an interruption stops the telescope."""
+        """Let the owner do it; an interruption of what moves the telescope stops it."""
         try:
             result = self._client.call(name, args, on_event)
         except KeyboardInterrupt:
-            self._client.call("stop")
+            if name in _MOVING:
+                self._client.call("stop")
             raise
         return dict(result or {})
 
@@ -49,18 +55,13 @@ class Owning:
     attached = False
 
     def __init__(self, telescope: Telescope) -> None:
-        self._telescope = telescope
         self._service = Service(telescope)
         telescope.ownership.serve(self._service)
         self.leaves_tracking = False
 
     def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
-        """Do it here; an interruption stops the telescope."""
-        try:
-            result = self._service(name, args, on_event or (lambda event: None))  # noqa: ARG005 - nobody listens
-        except KeyboardInterrupt:
-            self._telescope.stop()
-            raise
+        """Do it here; an interruption of what moves the telescope stops it."""
+        result = self._service(name, args, on_event or (lambda event: None))  # noqa: ARG005 - nobody listens
         return dict(result) if isinstance(result, Mapping) else {}
 
 
@@ -73,7 +74,9 @@ def configuration_of(path: str | None) -> Configuration:
 
 
 @contextmanager
-def backend(path: str | None, command: str, *, keep_tracking: bool = False) -> Iterator[Backend]:
+def backend(
+    path: str | None, command: str, *, keep_tracking: bool = False, may_attach: bool = True
+) -> Iterator[Backend]:
     """The owner that runs, or else this process, until the block ends.
 
     Parameters
@@ -84,19 +87,36 @@ def backend(path: str | None, command: str, *, keep_tracking: bool = False) -> I
         What this process does, for those whom it keeps out.
     keep_tracking : bool
         Leave a drive that tracks tracking when this process ends; `leaves_tracking` may still change it.
+    may_attach : bool
+        Whether another owner may do the work; else that there is one is an error.
+
+    Raises
+    ------
+    ClockdriveError, DriveError, TransportError
+        The telescope cannot be opened, or could not be left as it should be.
     """
     configuration = configuration_of(path)
-    client = attach(configuration.state_directory, configuration.identity)
+    client = attach(configuration.state_directory, configuration.identity) if may_attach else None
     if client is not None:
         yield Attached(client)
         return
     telescope = Telescope(configuration, command=command)
-    owning = None
     try:
         owning = Owning(telescope)
         owning.leaves_tracking = keep_tracking
         yield owning
-    finally:
-        kept = telescope.close(keep_tracking=owning is not None and owning.leaves_tracking)
-        if kept:
-            print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)
+    except BaseException:
+        with _told():
+            telescope.close(keep_tracking=keep_tracking)
+        raise
+    if telescope.close(keep_tracking=owning.leaves_tracking):
+        print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Say what went wrong on the way out, and let what went wrong before be the outcome."""
+    try:
+        yield
+    except (ClockdriveError, DriveError, TransportError) as error:
+        print(f"clockdrive: {error}", file=sys.stderr)

@@ -1,6 +1,7 @@
 """What each command does; the table at the end is the command line."""
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -9,7 +10,7 @@ from typing import Any
 
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
-from clockdrive.errors import ConfigurationError, InputError
+from clockdrive.errors import ConfigurationError, InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
 
@@ -39,15 +40,19 @@ def rates(args: argparse.Namespace) -> None:
 
 def goto(args: argparse.Namespace) -> None:
     """Slew, then track: with a live line for a time or until Ctrl-C, or leave the drive tracking."""
-    leave = getattr(args, "exit", False) or (args.json and args.duration is None)
     seconds = _seconds(args)
+    stay = args.command == "track" or seconds is not None
+    leave = not stay and (args.exit or args.json)
     with backend(args.config, f"goto {_target(args)}") as telescope:
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args))
-        _show(args, answer, display.arrival_text)
+        if not args.json:
+            print(display.arrival_text(answer), flush=True)
         telescope.leaves_tracking = leave
-        if not leave and (seconds is not None or not telescope.attached):
+        if stay or not (leave or telescope.attached):
             _track(telescope, seconds, quiet=args.json)
+        if args.json:
+            display.as_json(answer)
 
 
 def jog(args: argparse.Namespace) -> None:
@@ -75,7 +80,7 @@ def sync(args: argparse.Namespace) -> None:
     """Synchronise on a target."""
     with backend(args.config, "sync", keep_tracking=True) as telescope:
         answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force)
-    _show(args, answer, lambda found: f"synchronised on {_target(args)}: moved by {found['moved_arcsec']:.1f}″")
+    _show(args, answer, lambda found: f"synchronised {found['noted']}")
 
 
 def offset(args: argparse.Namespace) -> None:
@@ -111,10 +116,8 @@ def status(args: argparse.Namespace) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Own the telescope until interrupted."""
-    with backend(args.config, "run") as telescope:
-        if telescope.attached:
-            raise InputError("another process owns this telescope already; `clockdrive status` says which")
-        print("clockdrive: owning the telescope; Ctrl-C ends, other commands attach", file=sys.stderr)
+    with backend(args.config, "run", may_attach=False):
+        print("clockdrive: owning the telescope; Ctrl-C ends, other commands attach", file=sys.stderr, flush=True)
         while True:
             time.sleep(3600.0)
 
@@ -192,22 +195,28 @@ def report(args: argparse.Namespace) -> None:
 
 
 def _track(telescope: Backend, seconds: float | None, *, quiet: bool) -> None:
-    """Show a live line while the telescope tracks; end with what ended it."""
-    end = None if seconds is None else time.monotonic() + seconds
+    """Show a live line while the telescope tracks, or does what another command asks; end with what ended it."""
+    end = math.inf if seconds is None else time.monotonic() + seconds
     last = ""
-    while end is None or time.monotonic() < end:
-        found = telescope.call("status")
+    try:
+        while time.monotonic() < end:
+            found = telescope.call("status")
+            if not quiet:
+                line = display.live_line(found)
+                print(f"\r{line:<{len(last)}}", end="", file=sys.stderr, flush=True)
+                last = line
+            if found["doing"] in {"idle", "parked"}:
+                raise Refused(found["trouble"] or "the telescope was stopped by another command")
+            time.sleep(max(0.0, min(1.0, end - time.monotonic())))
+    except KeyboardInterrupt:
+        telescope.call("stop")
+        raise
+    finally:
         if not quiet:
-            line = display.live_line(found)
-            print(f"\r{line:<{len(last)}}", end="", file=sys.stderr, flush=True)
-            last = line
-        if found["doing"] != "tracking":
             print(file=sys.stderr)
-            raise InputError(found["trouble"] or "the telescope was stopped")
-        time.sleep(1.0 if end is None else max(0.0, min(1.0, end - time.monotonic())))
     telescope.call("stop")
     if not quiet:
-        print("\nstopped", file=sys.stderr)
+        print("stopped", file=sys.stderr)
 
 
 def _show(args: argparse.Namespace, answer: Mapping[str, Any], text: Callable[[Mapping[str, Any]], str]) -> None:

@@ -3,8 +3,10 @@
 import json
 import signal
 import sys
+import threading
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from clockdrive.answers import refusal
 from clockdrive.cli.commands import COMMANDS, Command
@@ -24,9 +26,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = shielded(sys.argv[1:] if argv is None else argv)
     args = parser().parse_args(words)
     command: Command = COMMANDS[args.command]
-    _interrupt_when_terminated()
     try:
-        command(args)
+        with _interruptible():
+            command(args)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -55,8 +57,27 @@ def _refused(error: Exception, *, as_json: bool) -> int:
     return USAGE if isinstance(error, InputError | ConfigurationError) else FAILED
 
 
-def _interrupt_when_terminated() -> None:
-    """Let a service manager's SIGTERM, and a closed terminal, stop the telescope as Ctrl-C does."""
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.default_int_handler)
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let SIGTERM, and a closed terminal, stop the telescope as Ctrl-C does; once, as stopping takes a moment."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    interrupted = False
+
+    def interrupt(_number: int, _frame: object) -> None:
+        nonlocal interrupted
+        if not interrupted:
+            interrupted = True
+            raise KeyboardInterrupt
+
+    before = {
+        number: signal.signal(number, interrupt)
+        for number in (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP"))
+        if number is not None
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

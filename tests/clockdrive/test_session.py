@@ -1,0 +1,388 @@
+"""What the session keeps to, whoever commands it: it checks every reading, and never loses a telescope that moves."""
+
+import asyncio
+import math
+
+import pytest
+from telescope_bench import QUICK, T0, Witness, star_at, telescope
+
+from clockdrive.errors import OwnedElsewhere, Refused, StateError
+from mounts.errors import DriveError
+from mounts.tc410.registers import by_name
+from pointing.errors import Unreachable
+from pointing.instant import Instant
+from transports.errors import LinkError, NoAnswer
+
+
+@pytest.fixture
+def scope(tmp_path):
+    with telescope(tmp_path) as opened:
+        yield opened
+
+
+def setting_star(scope, above_deg=0.05):
+    """A star that sets in the west, that much above the horizon limit of 15° after the slew."""
+    return star_at(scope, 270.0, 15.0 + above_deg, scope.clock.now() + 40.0)
+
+
+def kinds(scope):
+    return [event.kind for event in scope.events()]
+
+
+def moving(scope):
+    scope.wait(6.0)  # for what ramps down
+    scope.simulator.advance(scope.clock.now())
+    return any(axis.moved for axis in scope.simulator.axes)
+
+
+# Safety of every reading -------------------------------------------------------------------------------------------
+
+
+def test_a_star_that_sets_is_left_within_a_cycle_with_the_reason(scope):
+    scope.goto(setting_star(scope))
+    altitudes = []
+    for _ in range(400):
+        scope.wait(1.0)
+        status = scope.status()
+        altitudes.append(status["observed"]["altitude_deg"])
+        if status["doing"] == "idle":
+            break
+    assert status["doing"] == "idle"
+    assert "below the horizon limit of 15.00°" in status["trouble"]
+    assert not moving(scope)
+    lowest = min(altitudes)
+    print(f"stopped {3600 * (15.0 - lowest):.1f}″ below the horizon limit; a cycle at this rate is 15″")
+    assert 15.0 - lowest < 2 * 15.0 / 3600.0
+    assert scope.goto("best")["ok"]  # and the way out is free
+
+
+def test_the_sun_that_comes_to_a_telescope_on_a_fixed_place_stops_it(tmp_path):
+    morning = T0 - 9.0 * 3600.0  # 11 h local time at Kaikoura in January
+    with telescope(tmp_path, start=morning, limits__sun_avoidance_deg=20.0) as scope:
+        x, y, z = scope._session.planner.sky.at(Instant.from_posix(morning + 5400.0)).sun()
+        scope.goto(f"altaz:{math.degrees(math.atan2(y, -x)) % 360.0},{math.degrees(math.asin(z))}")
+        scope._control._due = scope.clock.now() + 600.0  # nobody looks meanwhile
+        scope.wait(1200.0)
+        status = scope.status()
+        assert status["doing"] == "idle"
+        assert "inside its zone of 20.0°" in status["trouble"]
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "reason"),
+    [
+        ({"alarms": ("supply_shut_down",)}, "alarm|standby"),
+        ({"alarms": ("supply_over_voltage",)}, "supply_over_voltage.*find its cause"),
+    ],
+)
+@pytest.mark.parametrize("during", ["slewing", "tracking"])
+def test_an_alarm_ends_what_the_telescope_does(disturbance, reason, during, scope):
+    def progress(_):
+        if during == "slewing":
+            scope.simulator.disturb(**disturbance)
+
+    if during == "slewing":
+        with pytest.raises((Refused, DriveError), match=reason):
+            scope.goto("best", progress)
+    else:
+        scope.goto("best")
+        scope.simulator.disturb(**disturbance)
+        scope.wait(2.0)
+        import re
+
+        assert re.search(reason, scope.status()["trouble"])
+    assert scope.status()["doing"] == "idle"
+    assert not moving(scope)
+    with pytest.raises((Refused, DriveError)):
+        scope.goto("M42" if scope.status()["target"] == "best" else "best")
+
+
+def test_standby_while_tracking_is_noticed_and_power_brings_it_back(scope):
+    scope.goto("best")
+    scope.power(on=False)
+    status = scope.status()
+    assert (status["doing"], status["powered"]) == ("idle", True) or not status["powered"]
+    scope.wait(5.0)
+    assert not scope.status()["powered"]
+    with pytest.raises(DriveError, match=r"no power.*power on"):
+        scope.goto("best")
+    scope.power(on=True)
+    scope.wait(5.0)
+    assert scope.goto("best")["ok"]
+
+
+def test_a_limit_switch_stops_the_slew_and_the_way_back_is_free(scope):
+    pressed = []
+
+    def press(progress):
+        if not pressed and progress.remaining_s < progress.eta_s / 2:
+            for axis in (1, 2):
+                moved = scope.simulator.axes[axis - 1].moved
+                if moved:
+                    scope.simulator.press_limit(axis, 1 if moved > 0 else -1)
+                    pressed.append(axis)
+
+    with pytest.raises(Refused, match="limit reached"):
+        scope.goto("best", press)
+    assert pressed
+    assert not moving(scope)
+    scope.home()
+    assert scope.status()["limits"] == []
+
+
+def test_a_joystick_while_tracking_is_shown_and_afterwards_the_target_is_met_again(scope):
+    witness, target = Witness(scope), star_at(scope, 75.0, 52.0)
+    drive = scope._session.drive
+    drive._write_control(drive._control | by_name("velocity_control").mask("joystick"))
+    scope.goto(target)
+    scope.simulator.joystick(190, 128)
+    scope.wait(2.0)
+    assert "joystick" in scope.status()["motion"]
+    scope.simulator.joystick(128, 128)
+    scope.wait(120.0)
+    off = witness.on_sky_arcsec(target, witness.now(), scope.clock.now())
+    print(f"two minutes after the joystick was let go: {off:.2f}″ off")
+    assert scope.status()["motion"] == ["tracking"]
+    assert off < 1.0
+
+
+def test_an_idle_telescope_where_it_must_not_be_is_reported_and_led_out_only(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("altaz:75,16")
+        scope.stop()
+        later = scope.clock.now() + 60.0
+    with telescope(tmp_path, start=later, limits__horizon_deg=30.0) as scope:
+        scope.wait(5.0)
+        status = scope.status()
+        assert status["doing"] == "idle"
+        assert [check["ok"] for check in status["checks"] if check["name"] == "horizon"] == [False]
+        assert scope.goto("altaz:75,45")["ok"]
+
+
+# What is left behind -----------------------------------------------------------------------------------------------
+
+
+def test_a_telescope_left_tracking_is_taken_over_by_the_next_command(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("best")
+        later = scope.clock.now() + 30.0
+        assert scope.close(keep_tracking=True)
+    with telescope(tmp_path, start=later) as scope:
+        assert scope.status()["doing"] == "tracking"
+        assert moving(scope)
+        scope.stop()
+        assert scope.status()["doing"] == "idle"
+        assert not moving(scope)
+
+
+def test_a_telescope_left_tracking_below_the_horizon_is_stopped_when_it_is_found(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto(setting_star(scope))
+        later = scope.clock.now() + 3600.0
+        assert scope.close(keep_tracking=True)
+    with telescope(tmp_path, start=later) as scope:
+        assert "below the horizon limit" in scope.status()["trouble"]
+        assert scope.status()["doing"] == "idle"
+        assert not moving(scope)
+        assert not scope.close(keep_tracking=True)
+
+
+def test_closing_stops_and_the_embedded_telescope_stays_where_it_was(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("best")
+        before = scope.status()["axes"]
+        later = scope.clock.now() + 3600.0
+        assert scope.close() is False
+    with telescope(tmp_path, start=later) as scope:
+        after = scope.status()
+        assert after["synchronised"]
+        assert after["doing"] == "idle"
+        for one, two in zip(before, after["axes"], strict=True):
+            assert abs(one["counts"] - two["counts"]) < 20
+
+
+def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("best")
+        plan = scope.park()
+        assert [axis["rate_deg_s"] for axis in plan["axes"]] == [0.0, 0.0]
+        assert scope.status()["doing"] == "parked"
+        for command in (lambda: scope.goto("best"), scope.home, lambda: scope.jog(1, 0.1, 1.0)):
+            with pytest.raises(Refused, match="parked; `unpark` first"):
+                command()
+        scope.park()  # harmless
+        scope.stop()
+        assert scope.status()["doing"] == "parked"
+        later = scope.clock.now() + 60.0
+    with telescope(tmp_path, start=later) as scope:
+        assert scope.status()["parked"]
+        assert scope.status()["doing"] == "parked"
+        scope.unpark()
+        assert scope.goto("best")["slews"] == 1
+
+
+# Faults ------------------------------------------------------------------------------------------------------------
+
+
+def broken(error):
+    def fail(*_args, **_more):
+        raise error
+
+    return fail
+
+
+def test_a_velocity_that_did_not_reach_the_drive_does_not_end_the_tracking(scope, monkeypatch):
+    witness, target = Witness(scope), star_at(scope, 75.0, 52.0)
+    scope.goto(target)
+    with monkeypatch.context() as patched:
+        patched.setattr(scope._session.drive, "follow", broken(NoAnswer("lost")))
+        scope.wait(20.0)
+    assert scope.status()["doing"] == "tracking"
+    scope.wait(20.0)
+    assert witness.on_sky_arcsec(target, witness.now(), scope.clock.now()) < 1.0
+    assert kinds(scope).count("stopped") == 0
+
+
+def test_a_silent_link_is_said_waited_for_and_its_return_noted(scope, monkeypatch):
+    scope.goto("best")
+    with monkeypatch.context() as patched:
+        patched.setattr(scope._session.drive, "read", broken(LinkError("the cable")))
+        scope.wait(30.0)
+        assert scope.status()["link_silent_s"] >= 29.0
+    scope.wait(10.0)
+    assert scope.status()["link_silent_s"] is None
+    assert scope.status()["doing"] == "tracking"
+    assert kinds(scope).count("link") == 2
+
+
+def test_a_slew_over_a_silent_link_is_given_up_with_the_reason(scope, monkeypatch):
+    def cut(_):
+        monkeypatch.setattr(scope._session.drive, "read", broken(NoAnswer("nothing")))
+
+    with pytest.raises(Refused, match="not answered for 15 s"):
+        scope.goto("best", cut)
+
+
+def test_a_stop_that_does_not_reach_the_drive_is_tried_until_it_does(scope, monkeypatch):
+    scope.goto("best")
+    with monkeypatch.context() as patched:
+        patched.setattr(scope._session.drive, "stop", broken(NoAnswer("nothing")))
+        with pytest.raises(NoAnswer):
+            scope.stop()
+        scope.wait(10.0)
+        assert moving(scope)
+        with pytest.raises(Refused, match="could not be stopped yet"):
+            scope.goto("M42")
+    scope.wait(5.0)
+    assert not moving(scope)
+    assert scope.goto("best")["ok"]
+
+
+@pytest.mark.parametrize("error", [StateError("the disk is full"), RuntimeError("a fault of the program")])
+def test_a_store_or_a_program_that_fails_stops_the_telescope_and_the_loop_goes_on(scope, monkeypatch, error):
+    scope.goto("best")
+    with monkeypatch.context() as patched:
+        patched.setattr(scope._store, "record_position", broken(error))
+        patched.setattr(scope._store, "record_event", broken(StateError("the disk is full")))
+        scope.wait(5.0)
+        assert scope.status()["doing"] == "idle"
+        assert str(error) in scope.status()["trouble"]
+        assert not moving(scope)
+    scope.wait(5.0)
+    assert scope.goto("best")["ok"]
+
+
+def test_what_a_progress_report_raises_stops_the_slew_and_reaches_the_caller(scope):
+    def report(_):
+        raise ZeroDivisionError("in the notebook")
+
+    with pytest.raises(ZeroDivisionError):
+        scope.goto("best", report)
+    assert scope.status()["doing"] == "idle"
+    scope.wait(2.0)
+    assert not moving(scope)
+
+
+def test_a_progress_report_may_ask_and_stop(scope):
+    seen = []
+
+    def report(_):
+        seen.append(scope.status()["doing"])
+        scope.stop()
+
+    with pytest.raises(Refused, match="stopped by command"):
+        scope.goto("best", report)
+    assert seen == ["slewing"]
+    scope.wait(2.0)
+    assert not moving(scope)
+
+
+def test_a_power_cycle_during_a_slew_is_noticed_and_sync_repairs(scope):
+    cycled = []
+
+    def cycle(progress):
+        if not cycled and progress.remaining_s < progress.eta_s / 2:
+            cycled.append(scope.simulator.power_cycle())
+
+    with pytest.raises((Refused, DriveError), match="power"):
+        scope.goto("best", cycle)
+    assert cycled
+    status = scope.status()
+    assert not status["synchronised"]
+    assert not moving(scope)
+    for command in (lambda: scope.goto("best"), scope.park, scope.home, lambda: scope.jog(1, 0.1, 1.0)):
+        with pytest.raises((Refused, DriveError), match="sync"):
+            command()
+    scope.sync("altaz:75,50")
+    assert scope.status()["synchronised"]
+    assert scope.goto("best")["slews"] == 1
+
+
+def test_a_second_owner_in_this_process_is_refused(scope, tmp_path):
+    with pytest.raises(OwnedElsewhere, match="owned by process"), telescope(tmp_path):
+        pass
+    assert scope.status()["ok"]
+
+
+def test_a_telescope_can_be_used_inside_a_running_event_loop(tmp_path):
+    async def cell():
+        with telescope(tmp_path) as scope:
+            return scope.goto("best")["slews"]
+
+    assert asyncio.run(cell()) == 1
+
+
+def test_what_is_not_possible_is_refused_before_anything_moves(scope):
+    refused = [
+        (lambda: scope.goto("altaz:0,5"), Unreachable, "10.00° below the horizon limit"),
+        (lambda: scope.goto("altaz:0,-5"), Unreachable, "20.00° below the horizon limit"),
+        (lambda: scope.jog(3, 0.1, 1.0), Refused, "use 1 or 2"),
+        (lambda: scope.jog(1, math.nan, 1.0), Refused, "above 0 up to"),
+        (lambda: scope.jog(1, math.inf, 1.0), Refused, "above 0 up to"),
+        (lambda: scope.jog(1, 99.0, 1.0), Refused, r"99°/s.*4\.\d+°/s"),
+        (lambda: scope.jog(1, 0.1, -1.0), Refused, "-1 s: above 0"),
+        (lambda: scope.jog(1, 0.1, math.nan), Refused, "nan s: above 0"),
+        (lambda: scope.jog(1, 1.0, 3600.0), Unreachable, "outside -170"),
+        (lambda: scope.offset(math.inf, 0.0), Refused, "at most ±3600″"),
+        (lambda: scope.offset(0.0, math.nan), Refused, "at most ±3600″"),
+        (lambda: scope.offset(4000.0, 0.0), Refused, "4000″: at most ±3600″"),
+        (lambda: scope.clear("nonsense"), Refused, "there is none"),
+        (lambda: scope.sync("altaz:75,50"), Refused, "more than 5°"),
+        (lambda: scope.sync("altaz:75,5", force=True), Refused, "below the horizon"),
+    ]
+    before = [axis["counts"] for axis in scope.status()["axes"]]
+    for command, error, text in refused:
+        with pytest.raises(error, match=text):
+            command()
+    scope.wait(3.0)
+    assert [axis["counts"] for axis in scope.status()["axes"]] == before
+
+
+def test_a_jog_ends_where_it_was_sent_at_its_speed(tmp_path):
+    with telescope(tmp_path, **{name.replace(".", "__"): value for name, value in QUICK.items()}) as scope:
+        before = scope.status()["axes"][0]["angle_deg"]
+        began = scope.clock.now()
+        scope.jog(1, -0.5, 10.0)
+        assert scope.status()["axes"][0]["angle_deg"] - before == pytest.approx(-5.0, abs=1e-3)
+        assert scope.clock.now() - began == pytest.approx(10.0, abs=1.5)
+        assert scope.status()["doing"] == "idle"
