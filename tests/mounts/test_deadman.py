@@ -4,6 +4,7 @@ The simulated unit's own velocity is the oracle of what moves, and the frames it
 """
 
 import os
+import random
 import signal
 import socket
 import statistics
@@ -11,19 +12,22 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 import pytest
+from faults import Fault, FaultMachine, FaultyLink, by_chance
 
-from clockdrive.clock import SystemClock
+from clockdrive.clock import SystemClock, VirtualClock
+from mounts import deadman_process
 from mounts.deadman import DeadMan, DeadManError
 from mounts.deadman_process import ARM, BEAT, DISARM, Orders, SafeFrame, Watch, make_safe
 from mounts.tc410.dead_man_frames import safe_frames
-from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import SimulatorSettings
 from transports.errors import LinkError
+from transports.memory import MemoryLink
 from transports.open_link import open_link
 from transports.serve import serve
 
@@ -44,6 +48,7 @@ from mounts.deadman import DeadMan
 from mounts.tc410.dead_man_frames import safe_frames
 from mounts.tc410.unit import Unit
 from transports.modbus_ascii import ModbusAscii
+from transports.memory import MemoryLink
 from transports.open_link import open_link
 from transports.serial_port import SerialLink
 from transports.tcp import TcpLink
@@ -119,11 +124,21 @@ class Answering:
         return answer
 
 
+class Lossy:
+    """A unit that does not hear every third request."""
+
+    def __init__(self, unit, seed):
+        self.unit = unit
+        self.chance = random.Random(seed)  # noqa: S311 - nothing secret
+
+    def receive(self, data, t):
+        return b"" if self.chance.random() < 1.0 / 3.0 else self.unit.receive(data, t)
+
+
 @contextmanager
 def owner_of(device, url, way, log, ending="none"):
     command = [sys.executable, "-c", OWNER, url, way, str(log), str(RATE / COUNTS_PER_SECOND), ending]
-    root = str(Path(__file__).parents[2])
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as owner:
         try:
             child = int(owner.stdout.readline())
@@ -191,6 +206,39 @@ def test_the_axis_stops_within_a_second_of_its_owner_being_frozen(listen, tmp_pa
     )
     assert stopped < 1.0
     assert thawed.strip().endswith("gone: False") or owner.returncode != 0
+
+
+@posix
+@pytest.mark.parametrize("listen", LISTENS)
+def test_a_frozen_owner_that_shares_nothing_is_waited_for_and_the_axis_stops_when_it_dies(listen, tmp_path):
+    device = Watched()
+    with (
+        serve(device, CLOCK, listen) as server,
+        owner_of(device, server.address, "reopened", tmp_path / "log") as (owner, child),
+    ):
+        owner.send_signal(signal.SIGSTOP)
+        time.sleep(0.8)
+        assert device.velocity
+        assert runs(child)
+        owner.kill()
+        stopped = device.seconds_until(lambda: device.velocity == 0)
+        assert ended(child)
+    print(f"{listen} frozen without sharing, then killed: stopped after {stopped:.3f} s")
+    assert stopped < 1.0
+
+
+@posix
+@pytest.mark.parametrize("listen", LISTENS)
+def test_a_line_of_9600_baud_is_quick_enough(listen, tmp_path):
+    device = Watched()
+    with (
+        serve(device, CLOCK, listen, baud=9600) as server,
+        owner_of(device, server.address, "shared", tmp_path / "log") as (owner, _),
+    ):
+        owner.send_signal(signal.SIGSTOP)
+        stopped = device.seconds_until(lambda: device.velocity == 0)
+    print(f"{listen} at 9600 baud, frozen: stopped after {stopped:.3f} s")
+    assert stopped < 1.0
 
 
 @posix
@@ -348,6 +396,41 @@ def test_frames_are_sent_until_each_is_confirmed(answers, heard):
         orders = Orders(server.address, (SafeFrame(b"a\r", rb"yes\r"), SafeFrame(b"b\r", rb"yes\r")), 0.4, "")
         make_safe(orders, None, CLOCK)
     assert device.heard == heard
+
+
+@pytest.mark.campaign
+def test_whatever_goes_wrong_on_the_line_the_unit_is_safe_when_the_work_is_done(monkeypatch):
+    runs = 1000 if os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full" else 100
+    lasted = []
+    happened = Counter()
+    for seed in range(runs):
+        clock = VirtualClock(1_800_000_000.0)
+        unit = SimulatedTC410(SimulatorSettings(), clock.now())
+        unit.memory.put(by_name("velocity_control"), (0x82,))
+        unit.memory.put(by_name("axis1_target_velocity"), (0x00, 0x8000))
+        unit.memory.put(by_name("axis2_tracking_velocity"), (0x00, 0x4000))
+        device = Lossy(unit, seed)
+        machine = FaultMachine(by_chance(seed, 0.4), seed)
+        monkeypatch.setattr(
+            deadman_process,
+            "open_link",
+            lambda _url, _clock, *, timeout_s, unit=device, clock=clock, machine=machine: (
+                FaultyLink(MemoryLink(unit, clock, latency_s=0.02, baud=9600), clock, machine) if timeout_s else None
+            ),
+        )
+        clock.sleep(1.0)
+        unit.advance(begun := clock.now())
+        assert unit.axes[0].velocity == 0x8000
+        make_safe(Orders("", safe_frames(), SILENCE_S, ""), None, clock)
+        lasted.append(clock.now() - begun)
+        clock.sleep(1.0)
+        unit.advance(clock.now())
+        assert [axis.velocity for axis in unit.axes] == [0, 0]
+        assert unit.memory.raw("velocity_control") == unit.memory.raw("axis1_target_velocity") == 0
+        happened += machine.happened
+    print(f"{runs} runs, {happened.total()} faults: {statistics.median(lasted):.2f} s, at most {max(lasted):.2f} s")
+    assert set(happened) == set(Fault)
+    assert max(lasted) < 20.0
 
 
 @posix
