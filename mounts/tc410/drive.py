@@ -127,6 +127,28 @@ class TC410:
         )
         return (*self._notes, said)
 
+    # Registers -------------------------------------------------------------------------------------------------
+
+    @property
+    def unit(self) -> Unit:
+        """The unit's registers, for what this driver has no word of; a register is changed for a while by `borrow`."""
+        return self._unit
+
+    def borrow(self, changes: Mapping[str, float]) -> None:
+        """Change registers until `give_back`, the next slew or the next connection, whichever comes first.
+
+        What they hold is remembered first, so that the next process gives it back when this one cannot.
+        """
+        found = {name: self._unit.read(name)[name] for name in changes if name not in self._lowered}
+        self._lowered = {**self._lowered, **found}
+        self._remember(self.memory)
+        for name, value in changes.items():
+            self._unit.write(name, value)
+
+    def give_back(self) -> None:
+        """Write back what was borrowed."""
+        self._restore_speed()
+
     # Connecting ------------------------------------------------------------------------------------------------
 
     def connect(self, time: float, *, make_safe: bool) -> Reading:
