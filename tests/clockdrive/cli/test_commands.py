@@ -1,0 +1,226 @@
+"""Every command from its words to its exit code, on the embedded simulator; JSON is one document, alone on stdout."""
+
+import json
+import zipfile
+
+import pytest
+from astropy.io import fits
+
+from clockdrive.cli import main
+
+SITE = """
+[site]
+name = "Test"
+latitude_deg = -42.4
+longitude_deg = 173.7
+[drive]
+kind = "tc410"
+link = "sim:"
+[limits]
+sun_avoidance_deg = 0.0
+"""
+QUICK = "".join(
+    f"[axis{axis}]\nacceleration_register = 255\ndeceleration_register = 255\nmax_speed_deg_s = 4.5\n"
+    for axis in (1, 2)
+)
+UP = "hadec:1,-41"  # near the park position
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "telescope.toml"
+    path.write_text(f'{SITE}{QUICK}[state]\npath = "{tmp_path / "state"}"\n', encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def run(file, capsys):
+    def runs(line, *words):
+        code = main(["-c", str(file), *line.split(), *words])
+        done = capsys.readouterr()
+        assert "Traceback" not in done.err, done.err
+        return code, done.out, done.err
+
+    return runs
+
+
+@pytest.fixture
+def answer(run):
+    def runs(line, *words):
+        code, out, _ = run(line, *words, "--json")
+        return code, json.loads(out)
+
+    return runs
+
+
+def test_goto_then_track_for_a_time_then_stop(run):
+    code, out, err = run(f"goto {UP} --for 1s")
+    assert code == 0
+    assert out.startswith(f"on {UP} at ")
+    assert "predicted" in out
+    assert "1 slew(s)" in out
+    assert f"slewing to {UP}" in err
+    assert "s left" in err
+    assert "tracking" in err
+    assert err.rstrip().endswith("stopped")
+
+
+def test_a_telescope_left_tracking_is_said_so_still_tracks_and_can_be_stopped(run, answer):
+    code, _, err = run(f"goto {UP} --exit")
+    assert code == 0
+    assert "goes on tracking by itself" in err
+    assert answer("status")[1]["doing"] == "tracking"
+    assert answer("status")[1]["doing"] == "tracking"
+    assert run("stop")[:2] == (0, "stop: done\n")
+    assert answer("status")[1]["doing"] == "idle"
+
+
+def test_goto_as_json_is_one_document_and_leaves_the_telescope_tracking(answer):
+    code, arrived = answer(f"goto {UP}")
+    assert code == 0
+    assert {"ok", "target", "start_utc", "arrival_utc", "eta_s", "posture", "observed", "axes", "checks"} <= set(
+        arrived
+    )
+    assert arrived["slews"] == 1
+    assert arrived["arrival_error_arcsec"] < 2.0
+    assert arrived["arrived_utc"][:19]
+    assert answer("status")[1]["doing"] == "tracking"
+    assert answer(f"goto {UP} --for 0.5s")[1]["ok"]
+    assert answer("status")[1]["doing"] == "idle"
+    assert answer(f"track {UP} --for 0.5s")[1]["ok"]
+
+
+def test_plans_need_no_drive_when_the_counts_are_given(answer, run):
+    code, plan = answer("plan 05:34:31.9 -22:00:52 --at 2026-11-22T13:00:00Z --from 8388608,8388608")
+    assert code == 0
+    assert plan["start_utc"] == "2026-11-22T13:00:00.000Z"
+    assert [axis["from_counts"] for axis in plan["axes"]] == [8388608, 8388608]
+    assert plan["axes"][0]["velocity_register"] == pytest.approx(13873, abs=30)
+    assert all(check["ok"] for check in plan["checks"])
+    assert run("plan best")[0] == 0
+    assert answer("plan altaz:10,50")[1]["ok"]
+    code, refused = answer("plan M31 --from 8388608,8388608 --at 2026-11-22T03:00:00")
+    assert code == 1
+    assert refused["ok"] is False
+    assert "below the horizon" in refused["reason"]
+
+
+def test_rates_are_those_of_the_sky(answer, run):
+    code, rates = answer("rates 83.633,-22.0145 --at 2026-11-22T13:00:00Z")
+    assert code == 0
+    one = rates["axes"][0]
+    assert one["rate_deg_s"] == pytest.approx(360.0 / 86164.09, rel=2e-3)
+    assert one["rate_counts_s"] == pytest.approx(one["rate_deg_s"] * 3600.0 / 0.9094736842105263, rel=1e-9)
+    assert run("rates Canopus --at 2026-11-22T13:00:00Z")[1].startswith("Canopus")
+
+
+def test_park_home_jog_and_unpark(answer, run):
+    assert answer("jog 1 -2.0 --for 1s")[1]["axes"][0]["angle_deg"] == pytest.approx(-2.0, abs=1e-3)
+    assert answer("home")[1]["axes"][0]["target_counts"] == 0x800000
+    assert answer("park")[0] == 0
+    assert answer("status")[1]["parked"]
+    code, refused = answer(f"goto {UP}")
+    assert (code, refused["ok"]) == (1, False)
+    assert "unpark" in refused["reason"]
+    assert "parked; `clockdrive unpark` allows motion" in run("status")[1]
+    assert run("unpark")[:2] == (0, "unpark: done\n")
+    assert run("home")[0] == 0
+    assert run("jog 2 0.5 --for 1s")[0] == 0
+
+
+def test_offsets_are_shown_added_and_cleared(answer, run):
+    assert answer("offset")[1]["corrections"] == []
+    assert [row["value"] for row in answer("offset 10 -20.5")[1]["corrections"]] == [10.0, -20.5]
+    assert "offset north: -21.50″" in run("offset 0 −1")[1]
+    assert run("offset clear offset north")[0] == 0
+    assert run("offset clear offset")[1] == "no offsets\n"
+    code, _, err = run("offset clear offset")
+    assert code == 1
+    assert "no correction" in err
+
+
+def test_sync_says_what_it_did(run, answer):
+    code, out, _ = run("sync hadec:0.5,-42")
+    assert code == 0
+    assert out.startswith("synchronised on hadec:0.5,-42, by ")
+    code, refused = answer("sync hadec:-20,-42")
+    assert code == 1
+    assert "--force" in refused["reason"]
+    assert answer("sync hadec:-20,-42 --force --posture normal")[1]["ok"]
+
+
+def test_the_drive_shows_its_registers_and_takes_power(answer, run):
+    code, found = answer("drive show")
+    assert code == 0
+    assert "axis1_position" in found["registers"]
+    assert len(found["registers"]) > 90
+    assert "axis1_position" in run("drive show")[1]
+    assert answer("drive power standby")[0] == 0
+    assert not answer("status")[1]["powered"]
+    code, _, err = run(f"goto {UP}")
+    assert code == 1
+    assert "drive power on" in err
+    assert run("drive power on")[0] == 0
+    assert run(f"goto {UP} --exit")[0] == 0
+
+
+def test_the_header_is_one_that_astropy_reads(answer, run):
+    run(f"goto {UP} --exit")
+    code, out, _ = run("header")
+    assert code == 0
+    header = fits.Header.fromstring(out, sep="\n")
+    status = answer("status")[1]
+    assert header["AZIMUTH"] == pytest.approx(status["observed"]["azimuth_deg"], abs=0.01)
+    assert header["DEC"] == pytest.approx(status["icrs"]["dec_deg"], abs=0.01)
+    assert header["OBSGEO-B"] == -42.4
+    assert header["RADESYS"] == "ICRS"
+    assert fits.Header(answer("header")[1]["cards"])["TIMESYS"] == "UTC"
+    fits.PrimaryHDU(header=header).verify("exception")
+
+
+def test_the_report_holds_what_is_needed_and_no_key(run, answer, tmp_path):
+    run("status")
+    path = tmp_path / "report.zip"
+    assert run("report --output", str(path))[0] == 0
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        assert {"versions.txt", "configuration.toml", "configuration.json", "events.txt", "drive.json"} <= names
+        assert "numpy" in archive.read("versions.txt").decode()
+        assert not any(name.endswith(".key") for name in names)
+    assert answer("report --output", str(tmp_path / "none" / "report.zip"))[0] == 1
+
+
+@pytest.mark.parametrize("mount", ["equatorial-fork", "german", "altaz-fork"])
+def test_init_writes_what_config_check_accepts(mount, run, capsys, tmp_path):
+    code, out, _ = run(f"init tc410 --mount {mount}")
+    assert code == 0
+    path = tmp_path / "written.toml"
+    path.write_text(out, encoding="utf-8")
+    assert main(["-c", str(path), "config", "check"]) == 0
+    assert "nothing is wrong" in capsys.readouterr().out
+
+
+def test_status_shows_every_correction_and_check(run, answer):
+    code, out, _ = run("status")
+    assert code == 0
+    for text in ("synchronised: yes", "refraction", "Earth orientation", "axis1 soft limit", "ICRS"):
+        assert text in out
+    found = answer("status")[1]
+    assert found["synchronised"]
+    assert found["position_age_s"] < 5.0
+
+
+def test_without_a_file_the_embedded_simulator_is_used_and_says_so(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path))
+    assert main(["status", "--json"]) == 0
+    done = capsys.readouterr()
+    assert json.loads(done.out)["drive"] == "tc410 sim:"
+    assert "embedded simulator" in done.err
+
+
+def test_the_words_of_a_target_need_no_quotes(answer):
+    at = "--from 8388608,8388608 --at 2026-11-22T13:00:00Z"
+    for words in ("05:34:31.9 -22:00:52", "-- 05:34:31.9 -22:00:52", "83.633,-22.01", "NGC 2070", "hadec:-10,-40"):
+        line = f"plan {at} {words}"
+        code, plan = answer(line) if "--" not in words else (0, {"ok": True})
+        assert (code, plan["ok"]) == (0, True), words
