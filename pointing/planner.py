@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from pointing.errors import PointingError, Unreachable
+from pointing.geometry import Geometry
 from pointing.instant import Instant
-from pointing.limits import Check, Limits
-from pointing.mount import POSTURES, Mount, MountType, Posture
-from pointing.path import Leg, SlewPath, horizon_check, sun_check
-from pointing.plan import Axis, AxisPlan, AxisState, Plan, Start, Timing
-from pointing.sky import Sky, SkyFrame
+from pointing.limits import Check
+from pointing.mount import POSTURES, Posture
+from pointing.path import Leg, SlewPath
+from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.vectors import Vector
@@ -50,36 +50,8 @@ class _Way:
         return _Way(self.posture, (a1 + w1 * seconds, a2 + w2 * seconds), self.rates, self.sun, due, self.tracked)
 
 
-class Planner:
-    """Plans slews and gives tracking paths for one telescope.
-
-    Parameters
-    ----------
-    sky : Sky
-        The sky over the site.
-    mount : Mount
-        The mount and its misalignment.
-    axes : tuple of Axis
-        Gearing and limits.
-    limits : Limits
-        Horizon and Sun.
-    past_meridian : float
-        German mounts: how far past the meridian the mechanical hour angle may go, radians.
-    """
-
-    def __init__(
-        self, sky: Sky, mount: Mount, axes: tuple[Axis, Axis], limits: Limits, past_meridian: float = math.inf
-    ) -> None:
-        self.sky = sky
-        self.mount = mount
-        self.axes = axes
-        self.limits = limits
-        if math.isnan(past_meridian):
-            raise PointingError("a German window of nan past the meridian: give an angle, or infinity for none")
-        self.past_meridian = past_meridian if mount.type is MountType.GERMAN else math.inf
-        low, high = -self.past_meridian, math.pi + self.past_meridian
-        first = replace(axes[0], minimum=max(axes[0].minimum, low), maximum=min(axes[0].maximum, high))
-        self._free = (first, axes[1])
+class Planner(Geometry):
+    """Plans slews for one telescope; its parameters are those of `Geometry`."""
 
     def plan(self, target: Target, start: Start, timing: Timing) -> Plan:
         """Plan the earliest allowed arrival on a target.
@@ -93,7 +65,7 @@ class Planner:
         if best is not None:
             return best
         begin = start.time + timing.latency
-        checks = self._no_placement(target, begin) if refused is None else refused.checks
+        checks = self.no_placement(target, begin) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
         raise Unreachable(f"{target.name}: {reason}", self._free_from(target, start, timing), checks)
 
@@ -110,70 +82,17 @@ class Planner:
         """
         if not all(map(math.isfinite, angles)):
             raise PointingError(f"{name}: axis angles of {angles} rad: give finite numbers")
-        sun = self._sun(self.sky.at(Instant.from_posix(start.time + timing.latency)))
+        sun = self.sun(self.sky.at(Instant.from_posix(start.time + timing.latency)))
         way = _Way(self.mount.posture(angles[1]), angles, (0.0, 0.0), sun)
         targets = self._counts((way, way))
         travels = self._travel(targets, start, timing)
         arrival = Instant.from_posix(start.time + timing.latency + _longer(travels))
-        way = replace(way, sun=self._sun(self.sky.at(arrival)))
+        way = replace(way, sun=self.sun(self.sky.at(arrival)))
         plan = self._assembled(name, way, sun, targets, travels, start, timing, ends_clear=False)
         refused = [check.detail for check in plan.checks if not check.ok]
         if refused:
             raise Unreachable(f"{name}: {'; '.join(refused)}", checks=plan.checks)
         return plan
-
-    def track(self, target: Target, time: float, posture: Posture, near: tuple[float, float]) -> AxisState:
-        """Where the axes must be for a target, and how fast they move.
-
-        Parameters
-        ----------
-        target : Target
-            What is tracked.
-        time : float
-            POSIX seconds.
-        posture : Posture
-            The posture to keep.
-        near : tuple of float
-            Axis angles, radians, to which the windings are the nearest.
-
-        Returns
-        -------
-        tuple
-            ((angle, rate) of axis 1, (angle, rate) of axis 2), radians and radians per second.
-        """
-        return self._state(target, self.sky.at(Instant.from_posix(time)), posture, near)
-
-    def _state(self, target: Target, frame: SkyFrame, posture: Posture, near: tuple[float, float]) -> AxisState:
-        (a1, w1), (a2, w2) = self.mount.axes_and_rates(*target.observed_with_rate(frame), posture)
-        return (_nearest(a1, near[0]), w1), (_nearest(a2, near[1]), w2)
-
-    def observed(self, counts: tuple[float, float]) -> Vector:
-        """The observed direction at which the axes point, horizon frame."""
-        return self.mount.observed(self.axes[0].gearing.angle(counts[0]), self.axes[1].gearing.angle(counts[1]))
-
-    def angles(self, counts: tuple[float, float]) -> tuple[float, float]:
-        """Axis angles at counts, radians."""
-        return self.axes[0].gearing.angle(counts[0]), self.axes[1].gearing.angle(counts[1])
-
-    def standing(self, angles: tuple[float, float], time: float) -> tuple[Check, ...]:
-        """Every check at fixed axis angles and a time: what the session asks each cycle."""
-        observed = self.mount.observed(*angles)
-        frame = self.sky.at(Instant.from_posix(time))
-        return (
-            *self._axis_checks(angles),
-            horizon_check(self.limits, observed, "now"),
-            sun_check(self.limits, frame.sun(), observed, "now"),
-        )
-
-    def allowed(self, target: Target, time: float) -> bool:
-        """Whether a target stands at an allowed place at a time, whatever the way there."""
-        frame = self.sky.at(Instant.from_posix(time))
-        observed, _ = target.observed_with_rate(frame)
-        if self.limits.horizon.margin(observed) < 0 or self.limits.sun_margin(observed, frame.sun()) < 0:
-            return False
-        return any(
-            True for posture in POSTURES for _ in self._windings(self.mount.axes(observed, posture), (0.0, 0.0))
-        )
 
     def reachable(self, target: Target, after: float) -> float | None:
         """The first time within a day at which a target stands at an allowed place, to 1 s; None when never.
@@ -213,7 +132,7 @@ class Planner:
         """Return the plan that arrives first, or none and the refused plan of what seemed the quickest way."""
         frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
         best = refused = None
-        for soonest, way in self._ways(*target.observed_with_rate(frame), self._sun(frame), start, timing):
+        for soonest, way in self._ways(*target.observed_with_rate(frame), self.sun(frame), start, timing):
             if best is not None and soonest >= best.eta - timing.latency:
                 break
             plan = self._solve(target, way, soonest, start, timing)
@@ -239,7 +158,7 @@ class Planner:
         found = []
         for posture in POSTURES:
             (angle1, rate1), (angle2, rate2) = self.mount.axes_and_rates(observed, rate, posture)
-            for angles in self._windings((angle1, angle2), (abs(rate1) * longest, abs(rate2) * longest)):
+            for angles in self.windings((angle1, angle2), (abs(rate1) * longest, abs(rate2) * longest)):
                 way = _Way(posture, angles, (rate1, rate2), sun)
                 # Were axes and target as fast as can be, and towards each other, from the first moment on:
                 soonest = max(
@@ -248,11 +167,6 @@ class Planner:
                 )
                 found.append((soonest, way))
         return sorted(found, key=lambda each: (each[0], each[1].posture != present))
-
-    def _windings(self, angles: tuple[float, float], slack: tuple[float, float]) -> Iterator[tuple[float, float]]:
-        for wound1 in self._free[0].windings(angles[0], slack[0]):
-            for wound2 in self._free[1].windings(angles[1], slack[1]):
-                yield wound1, wound2
 
     def _speeds(self, start: Start, timing: Timing) -> tuple[float, float]:
         """Largest speed of each axis during the slew, radians per second."""
@@ -293,17 +207,13 @@ class Planner:
         if abs(due - way.tracked) <= _STRAIGHT:
             return way.later(due)
         frame = self.sky.at(Instant.from_posix(begin + due))
-        (a1, w1), (a2, w2) = self._state(target, frame, way.posture, way.angles)
-        return _Way(way.posture, (a1, a2), (w1, w2), self._sun(frame), due, due)
+        (a1, w1), (a2, w2) = self.state(target, frame, way.posture, way.angles)
+        return _Way(way.posture, (a1, a2), (w1, w2), self.sun(frame), due, due)
 
     def _counts(self, ways: tuple[_Way, _Way]) -> tuple[int, int]:
         """Return the counts nearest to axis 1 of the first way and axis 2 of the second."""
         one, two = self.axes
         return round(one.gearing.counts(ways[0].angles[0])), round(two.gearing.counts(ways[1].angles[1]))
-
-    def _sun(self, frame: SkyFrame) -> Vector:
-        """Direction of the Sun where it matters, else the zenith."""
-        return frame.sun() if self.limits.sun_avoidance else (0.0, 0.0, 1.0)
 
     def _travel(self, targets: tuple[int, int], start: Start, timing: Timing) -> tuple[Travel, Travel]:
         (one, two), (from1, from2), (rate1, rate2) = timing.slew, start.counts, start.rates
@@ -345,7 +255,7 @@ class Planner:
             observed=self.mount.observed(*way.angles),
             axes=(axes[0], axes[1]),
             checks=(
-                *self._axis_checks(way.angles),
+                *self.axis_checks(way.angles),
                 *self._speed_checks((axes[0], axes[1]), timing),
                 *path.checks(self.limits, ends_clear=ends_clear),
             ),
@@ -359,51 +269,6 @@ class Planner:
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
 
-    def _axis_checks(self, angles: tuple[float, float]) -> tuple[Check, ...]:
-        checks = tuple(
-            _within(f"{axis.name} soft limit", axis.name, angle, axis.minimum, axis.maximum)
-            for axis, angle in zip(self.axes, angles, strict=True)
-        )
-        if math.isinf(self.past_meridian):
-            return checks
-        low, high = -self.past_meridian, math.pi + self.past_meridian
-        return *checks, _within("hour-angle window", "mechanical hour angle", angles[0], low, high)
-
-    def _no_placement(self, target: Target, time: float) -> tuple[Check, ...]:
-        """What forbids a place that no posture and winding reaches: the sky, and the limits missed by least."""
-        frame = self.sky.at(Instant.from_posix(time))
-        observed = target.observed(frame)
-        misses = []
-        for posture in POSTURES:
-            angle1, angle2 = (
-                _nearest(angle, (axis.minimum + axis.maximum) / 2.0)
-                for angle, axis in zip(self.mount.axes(observed, posture), self._free, strict=True)
-            )
-            excess = sum(
-                max(axis.minimum - angle, angle - axis.maximum, 0.0)
-                for axis, angle in zip(self._free, (angle1, angle2), strict=True)
-            )
-            misses.append((excess, (angle1, angle2)))
-        return (
-            horizon_check(self.limits, observed, "now"),
-            sun_check(self.limits, self._sun(frame), observed, "now"),
-            *self._axis_checks(min(misses)[1]),
-        )
-
 
 def _longer(travels: tuple[Travel, Travel]) -> float:
     return max(travels[0].duration, travels[1].duration)
-
-
-def _within(name: str, what: str, angle: float, low: float, high: float) -> Check:
-    degrees, lowest, highest = math.degrees(angle), math.degrees(low), math.degrees(high)
-    allowed = f"{lowest:.2f}° to {highest:.2f}°"
-    if low <= angle <= high:
-        return Check(name, ok=True, detail=f"{what} at {degrees:.3f}°, allowed {allowed}")
-    beyond = max(lowest - degrees, degrees - highest)
-    return Check(name, ok=False, detail=f"{what} at {degrees:.3f}° is {beyond:.3f}° outside {allowed}")
-
-
-def _nearest(angle: float, near: float) -> float:
-    """The winding of `angle` nearest to `near`."""
-    return angle + math.tau * round((near - angle) / math.tau)
