@@ -53,6 +53,8 @@ def checked(key: Key, raw: object, folder: Path) -> Value:
     BadValue
         It is of another type, or not allowed.
     """
+    if isinstance(raw, Path) and key.kind == "path":  # checked before
+        return raw
     value = _TYPED[key.kind](raw)
     if isinstance(value, str) and key.kind == "path":
         return folder / Path(value).expanduser()

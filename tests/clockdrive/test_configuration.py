@@ -312,3 +312,18 @@ def test_any_text_is_a_configuration_or_a_configuration_error(tmp_path_factory, 
     path.write_text(text, encoding="utf-8", errors="replace")
     with contextlib.suppress(ConfigurationError):
         load(path, {})
+
+
+def test_a_configuration_with_every_kind_of_value_can_be_completed_from_the_unit(tmp_path):
+    file = tmp_path / "telescope.toml"
+    file.write_text(
+        '[drive]\nkind = "tc410"\nlink = "tcp://127.0.0.1:10001"\n[axis1]\nmain_gear = "1/360"\n'
+        '[limits]\nhorizon = "horizon.csv"\n[state]\npath = "state"\n',
+        encoding="utf-8",
+    )
+    before = load(file, {}, {})
+    after = before.completed({"site.latitude_deg": 51.5, "axis1.main_gear": "1/285"})
+    assert after.site.latitude_deg == 51.5
+    assert after.state_directory == tmp_path / "state"
+    assert after.limits.horizon == tmp_path / "horizon.csv"
+    assert after.axes[0].main_gear == before.axes[0].main_gear
