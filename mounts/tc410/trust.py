@@ -6,6 +6,7 @@ one than the top speed explains, the position is unsynchronised until `synchroni
 writes leaves either cookie in the unit, so both are remembered before the first is written.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 from mounts.tc410.unit import Values
@@ -14,6 +15,7 @@ NEVER = "the position of this drive was never synchronised; `sync` on a known st
 POWER_CYCLED = (
     "the drive was power-cycled: its target registers no longer hold what was last written; `sync` on a known star"
 )
+UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
 _CLOCKS_AGREE = 1.001  # true over measured time, at most
 _JITTER_S = 0.005  # of a position's time
 _ROUNDING_COUNTS = 2.0
@@ -31,12 +33,28 @@ class Trust:
     """
 
     def __init__(self, memory: Mapping[str, object]) -> None:
-        self.unsynchronised = str(memory.get("unsynchronised", NEVER))
-        uncertainty, time = memory.get("uncertainty_counts", 0.0), memory.get("time")
-        self.uncertainty_counts = float(uncertainty) if isinstance(uncertainty, int | float) else 0.0
-        self._position = _pair_of_numbers(memory.get("position"))
-        self._times = (float(time),) * 2 if isinstance(time, int | float) else None
-        self._cookies = _cookies(memory.get("cookies"))
+        self.unsynchronised: str = NEVER
+        self.uncertainty_counts = 0.0
+        self._position: list[float] | None = None
+        self._times: tuple[float, float] | None = None
+        self._cookies: Cookie | None = None
+        try:
+            self._take(memory)
+        except (TypeError, ValueError, OverflowError):
+            self.unsynchronised = UNREADABLE
+            self._position = self._times = self._cookies = None
+
+    def _take(self, memory: Mapping[str, object]) -> None:
+        """Take what was remembered, whatever is absent as unknown; what is of another form is an error."""
+        self.unsynchronised = _text(memory.get("unsynchronised", NEVER))
+        self.uncertainty_counts = _number(memory.get("uncertainty_counts", 0.0))
+        position, time, cookies = memory.get("position"), memory.get("time"), memory.get("cookies")
+        if position is not None:
+            self._position = [_number(counts) for counts in _pair(position)]
+        if time is not None:
+            self._times = (_number(time),) * 2
+        if cookies is not None:
+            self._cookies = [[_whole(words) for words in _list(kept)] for kept in _pair(cookies)]
 
     def as_json(self) -> dict[str, object]:
         """Return what the next process must know."""
@@ -113,13 +131,31 @@ def _joined(words: Sequence[int]) -> int:
     return words[0] << 16 | words[1]
 
 
-def _pair_of_numbers(stored: object) -> list[float] | None:
-    if isinstance(stored, list) and len(stored) == 2 and all(isinstance(value, int | float) for value in stored):
-        return [float(value) for value in stored]
-    return None
+def _text(stored: object) -> str:
+    if not isinstance(stored, str):
+        raise TypeError(stored)
+    return stored
 
 
-def _cookies(stored: object) -> Cookie | None:
-    if isinstance(stored, list) and len(stored) == 2 and all(isinstance(kept, list) for kept in stored):
-        return [[int(words) for words in kept] for kept in stored]
-    return None
+def _number(stored: object) -> float:
+    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
+        raise TypeError(stored)
+    return float(stored)
+
+
+def _whole(stored: object) -> int:
+    if isinstance(stored, bool) or not isinstance(stored, int):
+        raise TypeError(stored)
+    return stored
+
+
+def _list(stored: object) -> list[object]:
+    if not isinstance(stored, list):
+        raise TypeError(stored)
+    return stored
+
+
+def _pair(stored: object) -> list[object]:
+    if len(pair := _list(stored)) != 2:
+        raise ValueError(stored)
+    return pair

@@ -249,3 +249,28 @@ def test_a_dead_link_is_the_transports_error_not_a_wrong_answer() -> None:
         bench.drive.stop(bench.now)
     bench.line.dead = False
     assert bench.drive.read(bench.now).unsynchronised == ""
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"cookies": [[[128, 0], [128, 1]], [[128, 0]]]},
+        {"cookies": [[128.5], [1]]},
+        {"cookies": 7},
+        {"cookies": [[1]]},
+        {"position": ["here", "there"]},
+        {"position": [1.0]},
+        {"time": "yesterday"},
+        {"time": float("nan")},
+        {"uncertainty_counts": None},
+        {"unsynchronised": None},
+    ],
+)
+def test_a_memory_that_cannot_be_read_is_no_position(broken: dict[str, object]) -> None:
+    bench = Bench()
+    bench.kept |= broken
+    reading = bench.restarted()
+    assert "cannot be read" in reading.unsynchronised
+    assert "sync" in reading.unsynchronised
+    bench.drive.sync([CENTRE, CENTRE], bench.now)
+    assert bench.restarted().unsynchronised == ""
