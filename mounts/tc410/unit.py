@@ -65,7 +65,8 @@ class Unit:
         """The mean of what exchanges took beyond their characters, those left out that the host let wait."""
         if not self._pauses:
             return 0.0
-        usual = _USUAL * median(self._pauses)
+        middle = median(self._pauses)  # negative where the line is faster than its baud, as a pseudo-terminal is
+        usual = middle + (_USUAL - 1.0) * abs(middle)
         return mean(pause for pause in self._pauses if pause <= usual)
 
     def read(self, first: str, last: str | None = None) -> Values:
