@@ -24,20 +24,25 @@ def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
     from rich.progress import BarColumn, Progress, TextColumn  # noqa: PLC0415 - likewise
 
     columns = TextColumn("{task.description}"), BarColumn(40), TextColumn("{task.fields[left]}")
-    with Progress(*columns, console=Console(file=sys.stderr)) as bar:
-        task = bar.add_task("slewing", total=None, left="")
+    bar = Progress(*columns, console=Console(file=sys.stderr))
+    task = bar.add_task("slewing", total=None, left="")
 
-        def show(event: Mapping[str, Any]) -> None:
-            left, eta = float(event["remaining_s"]), float(event["eta_s"] or 0.0)
-            bar.update(
-                task,
-                description=f"slewing to {event['target']}",
-                total=max(eta, 1e-3),
-                completed=max(0.0, eta - left),
-                left=f"{left:6.1f} s left",
-            )
+    def show(event: Mapping[str, Any]) -> None:
+        bar.start()  # with the first event: what is refused shows no bar
+        left, eta = float(event["remaining_s"]), float(event["eta_s"] or 0.0)
+        bar.update(
+            task,
+            description=f"slewing to {event['target']}",
+            total=max(eta, 1e-3),
+            completed=max(0.0, eta - left),
+            left=f"{left:6.1f} s left",
+        )
 
+    try:
         yield show
+    finally:
+        if bar.live.is_started:
+            bar.stop()
 
 
 def plan_text(answer: Mapping[str, Any]) -> str:

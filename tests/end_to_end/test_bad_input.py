@@ -1,0 +1,238 @@
+"""Whatever is wrong is a sentence with the value, the bound and what to do; the telescope does not move for it."""
+
+import json
+import os
+import socket
+import sys
+import threading
+
+import pytest
+
+from clockdrive import Telescope, simulators
+from clockdrive.cli import main
+from clockdrive.clock import SystemClock
+from clockdrive.configuration import load
+from clockdrive.owner import Ownership
+from clockdrive.state_file import FILE_NAME
+from transports.serve import serve
+
+SIM = '[site]\nlatitude_deg = -42.4\nlongitude_deg = 173.7\n[drive]\nkind = "tc410"\nlink = "{link}"\n'
+
+REFUSED = [  # words, exit code, what the sentence says
+    ("goto Betelgeuze", 1, ["Betelgeuze", "Betelgeuse"]),
+    ("goto NGC 99999", 1, ["NGC 99999"]),
+    ("goto 05:34:61 +22:00:52", 1, ["61", "below 60", "check the target"]),
+    ("goto 25:00:00 +22:00:00", 1, ["25", "0 to 24"]),
+    ("goto 400.0,10.0", 1, ["400", "0 to 360"]),
+    ("goto 10.0,95.0", 1, ["95", "−90 to 90"]),
+    ("goto 05:34:31.9", 1, ["05:34:31.9", "give a name"]),
+    ("goto altaz:90", 1, ["altaz:AZIMUTH,ALTITUDE"]),
+    ("goto altaz:nan,45", 1, ["altaz:AZIMUTH,ALTITUDE"]),
+    ("goto altaz:90,100", 1, ["100", "−90 to 90"]),
+    ("goto altaz:180,5", 1, ["10.00° below", "15.00°"]),
+    ("goto hadec:175,80", 1, ["below the horizon limit of 15.00°"]),
+    ("goto tle:FILE#ISS", 1, ["this version does not point at satellites"]),
+    ("goto best --for -3s", 2, ["no duration"]),
+    ("goto best --for nan", 2, ["no duration", "30s"]),
+    ("goto best --for inf", 2, ["no duration"]),
+    ("goto best --for 400d", 2, ["no duration"]),
+    ("track best --for soon", 2, ["soon", "no duration"]),
+    ("plan best --at yesterday", 2, ["yesterday", "no moment"]),
+    ("plan best --from 1,2,3", 2, ["C1,C2"]),
+    ("plan best --from -1,5", 2, ["C1,C2", "0 to 16777215"]),
+    ("plan best --from nan,5", 2, ["C1,C2"]),
+    ("rates Nowhere", 1, ["Nowhere"]),
+    ("jog 1 nan --for 1s", 1, ["nan", "above 0 up to"]),
+    ("jog 1 inf --for 1s", 1, ["inf", "above 0 up to"]),
+    ("jog 1 99 --for 1s", 1, ["99°/s", "up to 4."]),
+    ("jog 1 0.5 --for 0s", 1, ["0 s", "above 0 up to 3600 s"]),
+    ("jog 2 4 --for 3000s", 1, ["outside", "-90.00° to 90.00°"]),
+    ("jog 2 0.5 --for -1s", 2, ["no duration"]),
+    ("offset inf 0", 1, ["inf", "at most ±3600″"]),
+    ("offset nan 0", 1, ["nan", "at most ±3600″"]),
+    ("offset 5000 0", 1, ["5000", "at most ±3600″"]),
+    ("offset 5", 2, ["two numbers"]),
+    ("offset east 5", 2, ["two numbers"]),
+    ("offset clear", 2, ["give the name"]),
+    ("offset clear mount x", 1, ["no correction 'mount x'"]),
+    ("sync altaz:90,20", 1, ["more than 5°", "--force"]),
+    ("sync altaz:90,-20 --force", 1, ["below the horizon"]),
+    ("drive show on", 2, ["drive power"]),
+    ("drive power", 2, ["drive power"]),
+]  # fmt: skip
+USAGE = ["", "gotoo M1", "goto", "jog 3 1 --for 1s", "jog 1 fast --for 1s", "jog 1 1", "drive push",
+         "goto best --for 3s --exit",
+         "simulate awr", "init none", "status --frequently", "sync best --posture sideways"]  # fmt: skip
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text, link="sim:"):
+        path = tmp_path / "telescope.toml"
+        state = "" if "[state]" in text else f'[state]\npath = "{tmp_path / "state"}"\n'
+        path.write_text(text.replace("{link}", link) + state, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+@pytest.fixture
+def refused(capsys):
+    """Run a command that must be refused; return its sentence."""
+
+    def run(file, words, code):
+        found = main(["-c", file, *words.split()])
+        done = capsys.readouterr()
+        assert "Traceback" not in done.err, done.err
+        assert found == code, (words, done.out, done.err)
+        assert done.err.startswith("clockdrive: ") or "\nclockdrive: " in done.err
+        assert done.out == ""
+        return done.err
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A telescope at park that all the refusals leave where it is."""
+    folder = tmp_path_factory.mktemp("kept")
+    path = folder / "telescope.toml"
+    path.write_text(SIM.replace("{link}", "sim:") + f'[state]\npath = "{folder / "state"}"\n', encoding="utf-8")
+    yield str(path)
+    with Telescope.open(path) as scope:
+        status = scope.status()
+        assert [axis["counts"] for axis in status["axes"]] == [0x800000 + 0.5] * 2
+        assert [row["name"] for row in status["corrections"] if "age_s" in row] == []
+        assert {event.kind for event in scope.events()} <= {"drive"}
+
+
+@pytest.mark.parametrize(("words", "code", "said"), REFUSED, ids=[row[0] for row in REFUSED])
+def test_is_refused_with_a_sentence_and_nothing_moves(words, code, said, kept, refused):
+    text = refused(kept, words, code)
+    for each in said:
+        assert each in text, text
+
+
+@pytest.mark.parametrize("words", USAGE)
+def test_a_command_that_does_not_exist_is_a_matter_of_usage(words, kept, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["-c", kept, *words.split()])
+    assert ended.value.code == 2
+    assert "usage: clockdrive" in capsys.readouterr().err
+
+
+CONFIGURATIONS = {
+    "a key that is none": ("[site]\nlatitud_deg = 1.0\n", ["site.latitud_deg", "latitude_deg"]),
+    "a latitude beyond the pole": ("[site]\nlatitude_deg = 95.0\n", ["95", "−90 to 90"]),
+    "no TOML": ("[site\n", ["not TOML"]),
+    "a drive that is not there yet": ('[drive]\nkind = "awr"\nlink = "COM3"\n[axis2]\nsteps_per_degree = 4000.0\n',
+                                      ["awr", "this version drives the tc410 only"]),
+    "a model that is not there yet": ('[mount]\npointing_model = "model.mod"\n', ["pointing_model"]),
+    "limits the wrong way round": ("[axis1]\nmin_deg = 10.0\nmax_deg = -10.0\n", ["axis1"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CONFIGURATIONS)
+def test_an_impossible_configuration_is_refused_as_a_whole(case, written, refused):
+    text, said = CONFIGURATIONS[case]
+    file = written(text)
+    for words in ("config check", "goto best"):
+        found = refused(file, words, 2)
+        for each in said:
+            assert each in found, found
+
+
+def test_a_file_that_is_not_there_is_refused(refused, tmp_path):
+    assert "no such file" in refused(str(tmp_path / "none.toml"), "status", 2)
+
+
+def test_an_unreachable_drive_is_refused(written, refused):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    text = refused(written(SIM, f"tcp://127.0.0.1:{port}"), "goto best", 1)
+    assert f"127.0.0.1:{port}" in text
+    text = refused(written(SIM, "serial:///dev/none-such"), "goto best", 1)
+    assert "/dev/none-such" in text
+
+
+@pytest.mark.parametrize("says", [b"SSH-2.0-OpenSSH_9.6\r\n", b"\x00\xff\x00\xff" * 50, b":010300000000FC\r\n"])
+def test_another_protocol_at_the_port_is_refused(says, written, refused):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        done = threading.Event()
+
+        def talk():
+            listener.settimeout(0.2)
+            while not done.is_set():
+                try:
+                    client, _ = listener.accept()
+                except TimeoutError:
+                    continue
+                with client:
+                    client.settimeout(10.0)
+                    try:
+                        while client.recv(100):
+                            client.sendall(says)
+                    except OSError:
+                        continue
+
+        thread = threading.Thread(target=talk)
+        thread.start()
+        try:
+            text = refused(written(SIM, f"tcp://127.0.0.1:{listener.getsockname()[1]}"), "status", 1)
+        finally:
+            done.set()
+            thread.join()
+    assert "no TC410 answers" in text
+    assert "check" in text
+
+
+def test_a_drive_that_another_client_holds_is_refused(written, refused):
+    unit = simulators.tc410(load(None, {}, {}), SystemClock().now(), None)
+    with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
+        host, _, port = server.address.removeprefix("tcp://").rpartition(":")
+        with socket.create_connection((host, int(port))) as first:
+            first.sendall(b"x")
+            text = refused(written(SIM, server.address), "goto best", 1)
+    assert port in text
+
+
+def test_a_telescope_that_another_process_owns_is_refused(written, refused):
+    file = written(SIM)
+    configuration = load(file, {}, {})
+    with Ownership(
+        configuration.state_directory, configuration.identity, name="Test", command="clockdrive run", time=1.8e9
+    ):
+        text = refused(file, "goto best", 1)
+    assert f"process {os.getpid()}" in text
+    assert "end that process" in text
+
+
+def test_a_state_store_that_cannot_be_used_is_refused(written, refused, tmp_path):
+    file = written(SIM)
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / FILE_NAME).write_bytes(b"this is no database" * 100)
+    assert "Move it away" in refused(file, "goto best", 1)
+    (tmp_path / "in the way").write_text("")
+    blocked = written(SIM + f'[state]\npath = "{tmp_path / "in the way" / "state"}"\n')
+    assert "cannot be made" in refused(blocked, "goto best", 1)
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="the superuser writes anywhere")
+def test_a_read_only_state_directory_is_refused(written, refused, tmp_path):
+    (tmp_path / "state").mkdir(mode=0o500)
+    assert "state" in refused(written(SIM), "goto best", 1)
+
+
+@pytest.mark.parametrize("words", ["goto Betelgeuze", "goto altaz:0,5", "jog 1 nan --for 1s", "offset inf 0"])
+def test_a_refusal_as_json_is_one_document(words, kept, capsys):
+    assert main(["-c", kept, *words.split(), "--json"]) == 1
+    refusal = json.loads(capsys.readouterr().out)
+    assert refusal["ok"] is False
+    assert refusal["reason"]
+
+
+def test_a_refusal_says_when_the_target_can_be_reached(kept, capsys):
+    words = "plan M42 --from 8388608,8388608 --at 2026-11-22T03:00:00Z --json"
+    assert main(["-c", kept, *words.split()]) == 1
+    refusal = json.loads(capsys.readouterr().out)
+    assert refusal["reachable_utc"].startswith("2026-11-22T08:")
