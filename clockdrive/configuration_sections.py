@@ -77,7 +77,7 @@ class AxisSection:
     max_speed_deg_s: float
     motor_current_a: float
     motor_wiring: str
-    encoder_bits: int
+    encoder_bits: Literal[0, 14, 16]
     encoder_reversed: bool
     encoder_zero: int
     encoder_zero_at: Literal["centre", "zero"]

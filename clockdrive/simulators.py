@@ -2,9 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
+from fractions import Fraction
 
 from clockdrive.configuration import Configuration
+from clockdrive.configuration_sections import AxisSection
 from clockdrive.tc410_assembly import park_counts, registers
+from mounts.tc410.encoders import TURN
+from mounts.tc410.registers import CENTRE
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
 
@@ -28,12 +32,21 @@ def tc410(configuration: Configuration, time: float, snapshot: Mapping[str, obje
 
 def _hardware(configuration: Configuration, index: int) -> AxisHardware:
     section = configuration.axes[index]
+    zero_counts = CENTRE if configuration.simulator.encoder_zero_at == "centre" else 0
+    turned = float((CENTRE - zero_counts) / _counts_per_turn(section)) * (-1.0 if section.encoder_reversed else 1.0)
     return AxisHardware(
         motor_steps=section.motor_steps,
         main_gear=section.main_gear,
         secondary_gear=section.secondary_gear,
         drive_type=section.drive_type,
+        encoder_bits=section.encoder_bits,
+        encoder_at_centre=round(section.encoder_zero + turned * TURN) % TURN,
+        encoder_reversed=section.encoder_reversed,
     )
+
+
+def _counts_per_turn(section: AxisSection) -> Fraction:
+    return section.motor_steps * section.counts_per_step / (section.main_gear * section.secondary_gear)
 
 
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:

@@ -10,6 +10,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from mounts.tc410.encoders import Encoder
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES
 from mounts.tc410.settings import AxisSettings, TC410Settings
 from pointing.gearing import Gearing
@@ -52,6 +53,7 @@ def settings(configuration: Configuration) -> TC410Settings:
             lowest_counts=max(0, math.ceil(ends[0])),
             highest_counts=min(_LAST_COUNT, math.floor(ends[1])),
             counts_per_step=section.counts_per_step,
+            encoder=_encoder(configuration, index),
             expected=tuple(
                 (name.removeprefix(f"axis{index + 1}_"), value)
                 for name, value in _named(configuration)
@@ -65,6 +67,19 @@ def settings(configuration: Configuration) -> TC410Settings:
         slew_idle=configuration.drive.slew_idle,
         baud=_baud(configuration),
         expected=tuple((name, value) for name, value in _named(configuration) if not name.startswith("axis")),
+    )
+
+
+def _encoder(configuration: Configuration, index: int) -> Encoder | None:
+    section, gearing = configuration.axes[index], gearings(configuration)[index]
+    if not section.encoder_bits:
+        return None
+    return Encoder(
+        bits=section.encoder_bits,
+        counts_per_turn=360.0 / gearing.step_deg_float,
+        zero=section.encoder_zero,
+        zero_counts=CENTRE if section.encoder_zero_at == "centre" else 0,
+        reversed=section.encoder_reversed,
     )
 
 

@@ -117,6 +117,14 @@ class Drive(Protocol):
         """Keep the axes on `path`; called again and again from the start of a slew until `stop`."""
         ...
 
+    def move_at(self, rates: Sequence[float], time: float) -> None:
+        """Move the axes at these rates, counts per second, until told otherwise; `stop` ends it.
+
+        Called again and again: the call is the host's sign of life as well. `DriveRefused` where a drive has no such
+        motion, or would go on when the host is gone and no dead-man process can stand beside it.
+        """
+        ...
+
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Declare the present position to be `counts`."""
         ...

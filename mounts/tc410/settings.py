@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from mounts.tc410.encoders import Encoder
 from pointing.gearing import Gearing
 
 PositionFormatChoice = Literal["auto", "right", "left"]
@@ -22,6 +23,7 @@ class AxisSettings:
     highest_counts: int
     counts_per_step: int
     expected: tuple[tuple[str, float], ...] = ()
+    encoder: Encoder | None = None
 
 
 @dataclass(frozen=True)

@@ -363,9 +363,11 @@ def _encoder_zeros(
     hardware: tuple[AxisHardware, AxisHardware],
 ) -> dict[str, float]:
     """Encoder readings where the position is zero: at the centre count, or at count 0."""
-    counts = 0 if settings.encoder_zero_at == "centre" else -CENTRE
+    turned = 0 if settings.encoder_zero_at == "centre" else -CENTRE
     return {
-        f"axis{number}_encoder_zero": round(axis.encoder_at_centre + counts * axis.turns_per_count * 0x10000)
+        f"axis{number}_encoder_zero": round(
+            axis.encoder_at_centre + (-turned if axis.encoder_reversed else turned) * axis.turns_per_count * 0x10000
+        )
         % 0x10000
         for number, axis in enumerate(hardware, start=1)
         if axis.encoder_bits

@@ -6,7 +6,7 @@ gone by before the unit had the request, so the moment is known as an interval.
 """
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from statistics import mean, median
 
@@ -55,6 +55,8 @@ class Unit:
         self.position_format: PositionFormat = "right"
         self.exchanges = 0
         """Requests answered so far."""
+        self.before_each: Callable[[], object] = lambda: None
+        """Called before each request: a sign of life of the host."""
 
     def burst_s(self, exchanges: int, characters: int) -> float:
         """Seconds taken by exchanges that follow each other at once, by the pace of those seen so far."""
@@ -94,6 +96,7 @@ class Unit:
     def write_words(self, name: str, words: tuple[int, ...]) -> float:
         """Write raw words; return the moment the unit had them."""
         address = by_name(name).address
+        self.before_each()
         if len(words) == 1:
             answer = self._modbus.write_register(address, words[0])
         else:
@@ -119,6 +122,7 @@ class Unit:
 
     def power(self, *, on: bool) -> None:
         """Switch the motors' power."""
+        self.before_each()
         self._modbus.write_coil(by_name("power").address, on)
 
     def close(self) -> None:
@@ -126,6 +130,7 @@ class Unit:
         self._modbus.close()
 
     def _ask(self, kind: Kind, address: int, count: int) -> Answer:
+        self.before_each()
         match kind:
             case "input":
                 return self._modbus.read_input_registers(address, count)
