@@ -14,17 +14,19 @@ from dataclasses import replace
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.calibration import Learnt
+from mounts.tc410.direct import DirectSpeed, Guardian
+from mounts.tc410.encoders import Encoders
 from mounts.tc410.landing import Landing
 from mounts.tc410.look import Look
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name
-from mounts.tc410.report import report
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, Register, by_name
 from mounts.tc410.settings import TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
 from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
 from mounts.tc410.tracking import BEAT_S, TrackedAxis
-from mounts.tc410.trust import Trust
+from mounts.tc410.trust import BY_HAND, DECIDED, RELOADED, Trust
 from mounts.tc410.unit import Unit
+from mounts.tc410.upkeep import Upkeep
 from transports.modbus_ascii import ModbusAscii
 
 _AXES = (1, 2)
@@ -51,6 +53,8 @@ class TC410:
         What `memory` gave when this unit was last driven; empty for a unit never seen.
     remember : callable
         Keeps `memory`; called before a register that the next start must know of is written.
+    guardian : Guardian, optional
+        Makes the unit safe when this process is gone; without one there is no direct speed control.
     """
 
     def __init__(
@@ -59,11 +63,24 @@ class TC410:
         settings: TC410Settings,
         memory: Mapping[str, object],
         remember: Callable[[Mapping[str, object]], None] = lambda memory: None,  # noqa: ARG005 - a test need not
+        guardian: Guardian | None = None,
     ) -> None:
         self._unit = Unit(modbus, settings.baud)
+        self.upkeep = Upkeep(self._unit, self._about_to_write, self._written)
+        """The registers, for a person."""
+        self._direct = DirectSpeed(self._unit, guardian)
         self._settings = settings
         self._remember = remember
         self._trust = Trust(memory)
+        one, two = settings.axes
+        self.encoders = Encoders(
+            self._unit,
+            (one.encoder, two.encoder),
+            ((one.lowest_counts, one.highest_counts), (two.lowest_counts, two.highest_counts)),
+            memory,
+        )
+        """The absolute encoders, and what is believed of them."""
+        self._compare_encoders = True  # with the next position that can be trusted
         self._learnt = Learnt.from_json(memory.get("learnt"))
         lowered = memory.get("restore")
         self._lowered: dict[str, float] = dict(lowered) if isinstance(lowered, Mapping) else {}
@@ -114,24 +131,30 @@ class TC410:
     @property
     def memory(self) -> Mapping[str, object]:
         """Position, boot cookie, registers to restore, and all that has been learnt."""
-        return {**self._trust.as_json(), "learnt": self._learnt.as_json(), "restore": dict(self._lowered)}
+        return {
+            **self._trust.as_json(),
+            "learnt": self._learnt.as_json(),
+            "restore": dict(self._lowered),
+            "encoders": self.encoders.as_json(),
+        }
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Differences from the configuration, assumptions refuted."""
+        notes = (*self._notes, *self.encoders.notes)
         found = self._learnt.slew_idle
         if found is None or found == self._settings.slew_idle:
-            return tuple(self._notes)
+            return notes
         said = (
             f'slew_idle: slews show "{found}", the configuration says "{self._settings.slew_idle}"; planned as seen'
         )
-        return (*self._notes, said)
+        return (*notes, said)
 
     # Registers -------------------------------------------------------------------------------------------------
 
     @property
     def unit(self) -> Unit:
-        """The unit's registers, for what this driver has no word of; a register is changed for a while by `borrow`."""
+        """The unit's registers, for what this driver has no word of; `borrow` changes one for a while."""
         return self._unit
 
     @property
@@ -213,7 +236,11 @@ class TC410:
         DriveRefused
             A slew goes on long after it should have ended; it was stopped.
         """
-        seen = self._look()
+        if self._direct.fate:
+            fate = self._direct.fate
+            self.stop(time)
+            raise DriveRefused(f"direct speed control was ended: {fate}")
+        seen = self._seen_with_encoders(self._look())
         was_slewing = self._slew is not None  # then these positions may be older than the landing
         self._see_slew(seen)
         reading = Reading(
@@ -245,6 +272,25 @@ class TC410:
             self._slew = self._landing = self._tracked = None
         if not seen.powered:
             self._trust.may_be_off(_STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes))
+        return seen
+
+    def _seen_with_encoders(self, seen: Look) -> Look:
+        """Compare the encoders with a position that can be trusted; preset one that was lost before, at rest."""
+        if self.encoders.configured == (None, None) or self._slew is not None or self._moved:
+            return seen
+        if not self._trust.unsynchronised:
+            if self._compare_encoders and not seen.motion:
+                self._compare_encoders = False
+                self.encoders.compare(seen.counts, self._trust.uncertainty_counts)
+        elif self._trust.unsynchronised not in DECIDED and not seen.motion and seen.powered:
+            position, uncertainty, why = self.encoders.position()
+            self.encoders.notes = (why,) if why else ()
+            if position is not None:
+                self._set_position(self._encoded("position", position), position)
+                self._trust.may_be_off(uncertainty)
+                told = max(each.uncertainty_arcsec for each in self.encoders.configured if each is not None)
+                self.encoders.notes = (f"the position was lost and preset from the encoders, to ±{told:.0f}″",)
+                return self._look()
         return seen
 
     def _axis_reading(self, i: int, seen: Look, *, observe: bool) -> AxisReading:
@@ -286,6 +332,7 @@ class TC410:
 
     def _land(self, slew: SlewWatch, seen: Look) -> None:
         self._slew = None
+        self._compare_encoders = True
         undisturbed = slew.is_undisturbed(seen.counts, seen.positions)
         if undisturbed:
             self._learnt = self._learnt.idled(slew.axes)
@@ -442,17 +489,22 @@ class TC410:
             raise DriveRefused("a slew is under way; `stop`, then sync")
         self._control = int(self._unit.read("velocity_control")["velocity_control"])
         self._read_models()
-        for axis, words in zip(_AXES, wanted, strict=True):
-            written = self._unit.write_words(f"axis{axis}_position", words)
-            self._check_synchronised(axis, words, written)
-        self._leave_cookie(counts)
-        self._trust.synchronised()
-        self._landing = self._tracked = None
+        self._set_position(wanted, counts)
         seen = self._look()
         write_soft_limits(self._unit, self._settings)
         self._tracked = self._left_tracking(seen)
         self.read(time)
         self._remember(self.memory)
+
+    def _set_position(self, words: Sequence[tuple[int, ...]], counts: Sequence[float]) -> None:
+        """Write both positions, read them back, and trust them."""
+        for axis, pair in zip(_AXES, words, strict=True):
+            written = self._unit.write_words(f"axis{axis}_position", pair)
+            self._check_synchronised(axis, pair, written)
+        self._leave_cookie(counts)
+        self._trust.synchronised()
+        self._landing = self._tracked = None
+        self._compare_encoders = True
 
     def _check_synchronised(self, axis: int, words: tuple[int, ...], written: float) -> None:
         wanted = by_name(f"axis{axis}_position").decode(words, self._unit.position_format)
@@ -468,8 +520,32 @@ class TC410:
             self._unit.write("all_stop", 1)
         finally:  # either alone ends a slew, so a request that is lost must not keep back the other
             self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK))
+        self._direct.end()
         self._learn()
         self._slew = self._tracked = None
+
+    def move_at(self, rates: Sequence[float], time: float) -> None:
+        """Direct speed control: both axes ramp to these rates at once, and go on at them.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused, DriveError
+            As for `start`; there is no dead-man process, or it is gone.
+        RegisterError
+            A rate is outside what the drive can hold; nothing was sent.
+        """
+        velocities = self._encoded("target_velocity", [rate / COUNTS_PER_SECOND for rate in rates])
+        self._ready(self._last or self.read(time))
+        if self._slew is not None:
+            raise DriveRefused("a slew is under way; wait for it, or `stop` first")
+        self._direct.begin()
+        if self._direct.fate:
+            raise DriveRefused(f"direct speed control was ended: {self._direct.fate}")
+        self._landing = self._tracked = None
+        for axis, words in zip(_AXES, velocities, strict=True):
+            self._unit.write_words(f"axis{axis}_target_velocity", words)
+        if not self._control & _REMOTE or self._control & _TRACK:
+            self._write_control(self._control & ~(_SLEW | _TRACK) | _REMOTE)
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby, in which nothing is left that would go on afterwards."""
@@ -479,7 +555,34 @@ class TC410:
 
     def registers(self) -> Mapping[str, str]:
         """Every readable register by name, as a person reads it."""
-        return report(self._unit)
+        return {shown.register.name: shown.text for shown in self.upkeep.show()}
+
+    def _about_to_write(self, row: Register, words: tuple[int, ...]) -> None:
+        """Have remembered what a person's writing will change, and saved nothing that was changed for a while."""
+        if row.name == "save_configuration":
+            self._restore_speed()
+        elif row.name.endswith("_target_position"):
+            self._trust.will_hold(self._targets_with(row, words))
+            self._remember(self.memory)
+
+    def _targets_with(self, row: Register, words: tuple[int, ...]) -> list[tuple[int, ...]]:
+        return [words if row.axis == axis else self._unit.words(f"axis{axis}_target_position") for axis in _AXES]
+
+    def _written(self, row: Register, words: tuple[int, ...]) -> None:
+        """Take in what a person has written."""
+        if row.name == "velocity_control":
+            self._control = words[0]
+        elif row.name.endswith("_target_position"):
+            self._trust.holds(self._targets_with(row, words))
+        elif row.name in {"axis1_position", "axis2_position"}:
+            self._trust.lose(BY_HAND)
+        elif row.name in {"load_factory", "load_configuration"}:
+            self._lowered = {}
+            self._trust.lose(RELOADED)
+            write_soft_limits(self._unit, self._settings)
+        if row.saved or row.name.startswith("load_"):
+            self._read_models()
+        self._remember(self.memory)
 
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """End direct control, and tracking unless it is kept; give back the top speed."""
