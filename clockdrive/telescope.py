@@ -5,7 +5,8 @@
 """
 
 import math
-from collections.abc import Mapping
+import queue
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
@@ -27,7 +28,9 @@ from pointing.mount import Posture
 from pointing.targets import Target
 
 if TYPE_CHECKING:
+    from clockdrive.commission import SkyWitness, Stage
     from clockdrive.planning import TargetLike, TimeLike
+    from mounts.commissioning import Finding
     from mounts.tc410.simulator import SimulatedTC410
     from transports.link import Clock
 
@@ -55,6 +58,7 @@ class Telescope:
         self.clock = clock or SystemClock()
         self.configuration = configuration
         self._closed = False
+        self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._kept_at = -math.inf
         self._device: SimulatedTC410 | None = None
         identity = configuration.identity
@@ -211,6 +215,46 @@ class Telescope:
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""
         self._control.call(lambda: self._session.power(on=on))
+
+    # Commissioning ---------------------------------------------------------------------------------------------
+
+    def commission(
+        self,
+        only: Sequence[str] = (),
+        witness: "str | SkyWitness" = "encoders",
+        watch: "Callable[[Stage], object]" = lambda stage: None,  # noqa: ARG005 - nobody watches
+        *,
+        written: Mapping[str, object] | None = None,
+        ask: Callable[[str], object] = print,
+    ) -> "list[Finding]":
+        """Find out by small moves what the mount really is; nothing is written to the configuration.
+
+        Parameters
+        ----------
+        only : sequence of str
+            Steps by name, with those they need; all by default.
+        witness : str or SkyWitness
+            Who tells where the telescope points: `encoders`, `simulator`, `command:PROGRAM`, `typed`.
+        watch : callable
+            Told of each step before and after it.
+        written : mapping, optional
+            Values of the configuration file where this telescope was opened with others.
+        ask : callable
+            Asks the person for a place, for the witness `typed`; `reply` answers.
+        """
+        from clockdrive.commission import Commissioning, witness_of  # noqa: PLC0415 - seldom needed
+
+        session = self._session
+        seer = (
+            witness_of(witness, session.planner, self.clock, self.configuration, self._device, self._replies, ask)
+            if isinstance(witness, str)
+            else witness
+        )
+        return self._perform(Commissioning(session, self.configuration, seer, written).run(only, watch))
+
+    def reply(self, text: str) -> None:
+        """Answer what `commission` has asked."""
+        self._replies.put(text)
 
     # Leaving ---------------------------------------------------------------------------------------------------
 

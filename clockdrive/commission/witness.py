@@ -1,0 +1,278 @@
+"""Who tells where the telescope really points: the simulator's true sky, a plate solver, a person.
+
+A witness of the sky gives an observed direction, horizon frame, with its standard deviation. Looking takes time, so
+it is done in steps like everything that waits; a look that fails says why and what to do, and never a place.
+"""
+
+import math
+import queue
+import re
+import shlex
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from clockdrive import parse
+from clockdrive.control import Steps
+from clockdrive.errors import ClockdriveError
+from mounts.true_mount import TrueMount
+from pointing.errors import TargetError
+from pointing.gearing import Gearing
+from pointing.instant import Instant
+from pointing.planner import Planner
+from pointing.targets import Target
+from pointing.vectors import Vector
+from transports.link import Clock
+
+if TYPE_CHECKING:
+    from clockdrive.configuration import Configuration
+    from mounts.tc410.simulator import SimulatedTC410
+
+WITNESSES = ("encoders", "simulator", "command:PROGRAM", "typed")
+_PERIOD_S = 0.1
+_SOLVER_ARCSEC = 10.0
+_TYPED_ARCSEC = 30.0
+_SIMULATOR_ARCSEC = 0.5
+_PATIENCE_S = 180.0  # for a plate solver
+_LONG_PATIENCE_S = 3600.0  # for a person
+_SHOWN = 120
+_COORDINATES = re.compile(r"(?=.*\d)[\d\s.,:+\-−hdms°'\"′″]+", re.ASCII)
+
+
+class WitnessError(ClockdriveError):
+    """The witness did not say where the telescope points."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """Where the telescope was seen to point: observed direction in the horizon frame, when, and how well."""
+
+    observed: Vector
+    time: float
+    sigma_arcsec: float
+
+
+class SkyWitness(Protocol):
+    """Tells where the telescope points on the sky."""
+
+    def look(self) -> Steps[Sighting]:
+        """See where it points now; the telescope is at rest.
+
+        Raises
+        ------
+        WitnessError
+            It cannot be told; says why.
+        """
+        ...
+
+
+class SimulatedSky:
+    """The true sky of a simulated unit: its true positions, through the true gears and the true mount.
+
+    Parameters
+    ----------
+    device : SimulatedTC410
+        The unit.
+    gearings : tuple of Gearing
+        What its motors really turn.
+    mount : TrueMount
+        What the axes really point at.
+    clock : Clock
+        The time.
+    """
+
+    def __init__(
+        self, device: "SimulatedTC410", gearings: tuple[Gearing, Gearing], mount: TrueMount, clock: Clock
+    ) -> None:
+        self._device, self._gearings, self._mount, self._clock = device, gearings, mount, clock
+
+    @classmethod
+    def of(cls, device: "SimulatedTC410", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
+        """The embedded simulator, which is built as the configuration says."""
+        from clockdrive.tc410_assembly import gearings  # noqa: PLC0415 - only where a simulator is the witness
+
+        worm = 1.0 / float(configuration.axes[0].main_gear)
+        latitude = math.radians(configuration.site.latitude_deg)
+        mount = TrueMount(configuration.simulator, configuration.mount.type, latitude, worm)
+        return cls(device, gearings(configuration), mount, clock)
+
+    def look(self) -> Steps[Sighting]:
+        """Ask the unit where it truly is."""
+        yield 0.0
+        now = self._clock.now()
+        self._device.advance(now)
+        one, two = (
+            gearing.angle(self._device.true_position(axis)) for axis, gearing in enumerate(self._gearings, start=1)
+        )
+        return Sighting(self._mount.turn(one, two), now, _SIMULATOR_ARCSEC)
+
+
+class CommandWitness:
+    """A program that takes an image, solves it and prints the centre: RA and Dec, and the exposure's UTC if it can.
+
+    Parameters
+    ----------
+    command : str
+        The program with its arguments.
+    planner : Planner
+        Its sky turns the place into a direction.
+    clock : Clock
+        The time; the program's end is taken as the exposure's when it prints none.
+    sigma_arcsec : float
+        Standard deviation of a place.
+    patience_s : float
+        After which the program is ended.
+    """
+
+    def __init__(
+        self,
+        command: str,
+        planner: Planner,
+        clock: Clock,
+        sigma_arcsec: float = _SOLVER_ARCSEC,
+        patience_s: float = _PATIENCE_S,
+    ) -> None:
+        self._command, self._planner, self._clock = command, planner, clock
+        self._sigma, self._patience = sigma_arcsec, patience_s
+
+    def look(self) -> Steps[Sighting]:
+        """Run the program and read what it prints."""
+        with tempfile.TemporaryFile() as out:
+            try:
+                process = subprocess.Popen(shlex.split(self._command), stdout=out, stdin=subprocess.DEVNULL)  # noqa: S603
+            except (OSError, ValueError) as error:
+                raise WitnessError(f"the witness {self._command!r} cannot be run: {error}; check its path") from error
+            try:
+                yield from self._ended(process)
+            finally:
+                if process.poll() is None:
+                    process.kill()
+                process.wait()
+            out.seek(0)
+            text = out.read(4096).decode(errors="replace").strip()
+        if process.returncode:
+            raise WitnessError(
+                f"the witness {self._command!r} failed with exit code {process.returncode}; run it by hand"
+            )
+        return sighted(text, self._planner, self._clock.now(), self._sigma)
+
+    def _ended(self, process: "subprocess.Popen[bytes]") -> Steps[None]:
+        waited = 0.0
+        while process.poll() is None:
+            if waited > self._patience:
+                raise WitnessError(
+                    f"the witness {self._command!r} said nothing for {self._patience:g} s; it was ended"
+                )
+            yield _PERIOD_S
+            waited += _PERIOD_S
+
+
+class TypedWitness:
+    """A person who types where the telescope points, whenever `ask` asks.
+
+    Parameters
+    ----------
+    planner, clock
+        As for `CommandWitness`.
+    replies : queue.SimpleQueue
+        Where the typed lines arrive.
+    ask : callable
+        Lets the person know.
+    """
+
+    def __init__(self, planner: Planner, clock: Clock, replies: "queue.SimpleQueue[str]", ask: "Ask") -> None:
+        self._planner, self._clock, self._replies, self._ask = planner, clock, replies, ask
+
+    def look(self) -> Steps[Sighting]:
+        """Ask, and wait for a line."""
+        self._ask("RA and Dec of the centre of the field (ICRS), and the UTC of the exposure if not now")
+        waited = 0.0
+        while True:
+            try:
+                text = self._replies.get_nowait()
+            except queue.Empty:
+                if waited > _LONG_PATIENCE_S:
+                    raise WitnessError(f"nothing was typed for {_LONG_PATIENCE_S:.0f} s") from None
+                yield _PERIOD_S
+                waited += _PERIOD_S
+            else:
+                return sighted(text, self._planner, self._clock.now(), _TYPED_ARCSEC)
+
+
+class Ask(Protocol):
+    """Lets a person know what is wanted."""
+
+    def __call__(self, what: str) -> object:
+        """Ask for `what`."""
+        ...
+
+
+def sighted(text: str, planner: Planner, now: float, sigma_arcsec: float) -> Sighting:
+    """Read a place on the last line of a text: RA and Dec, in degrees or sexagesimal, perhaps with a UTC.
+
+    Raises
+    ------
+    WitnessError
+        There is none.
+    """
+    words = text.splitlines()[-1].split() if text else []
+    time = now
+    if words and "T" in words[-1]:
+        time = _utc(words.pop(), now)
+    target = _place(" ".join(words), text)
+    frame = planner.sky.at(Instant.from_posix(time))
+    return Sighting(target.observed(frame), time, sigma_arcsec)
+
+
+def _utc(word: str, now: float) -> float:
+    try:
+        return parse.utc(word, now)
+    except ClockdriveError as error:
+        raise WitnessError(f"the witness says {word!r}: {error}") from error
+
+
+def _place(words: str, text: str) -> Target:
+    said = f"the witness says {text[:_SHOWN]!r}"
+    if not _COORDINATES.fullmatch(words):
+        raise WitnessError(f"{said}: print RA and Dec, in degrees or as 05:34:32 +22:00:52")
+    numbers = words.replace(",", " ").split()
+    try:
+        found = parse.target(", ".join(numbers) if len(numbers) == 2 and ":" not in words else words)
+    except TargetError as error:
+        raise WitnessError(f"{said}: {error}") from error
+    if isinstance(found, parse.Best):
+        raise WitnessError(f"{said}: print RA and Dec")
+    return found
+
+
+def witness_of(
+    name: str,
+    planner: Planner,
+    clock: Clock,
+    configuration: "Configuration",
+    device: "SimulatedTC410 | None",
+    replies: "queue.SimpleQueue[str]",
+    ask: Ask,
+) -> SkyWitness | None:
+    """The witness of a name; None for the encoders, which see no sky.
+
+    Raises
+    ------
+    WitnessError
+        There is no such witness here.
+    """
+    kind, _, program = name.partition(":")
+    if kind == "encoders" and not program:
+        return None
+    if kind == "simulator" and not program:
+        if device is None:
+            raise WitnessError(
+                "the witness `simulator` is there for the link sim: only; use command:PROGRAM or typed"
+            )
+        return SimulatedSky.of(device, configuration, clock)
+    if kind == "command" and program.strip():
+        return CommandWitness(program, planner, clock)
+    if kind == "typed" and not program:
+        return TypedWitness(planner, clock, replies, ask)
+    raise WitnessError(f"no witness {name!r}; there is {', '.join(WITNESSES)}")

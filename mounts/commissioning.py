@@ -1,0 +1,155 @@
+"""What finding out about a drive is made of: steps, what they find, and the bench they work on.
+
+A step asks one question. It says beforehand how far it may move an axis, moves by `Bench.move` alone, and returns
+what it found. Steps that all drives share are in `clockdrive.commission`; a drive's own stand in its folder.
+"""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, TypeVar
+
+from mounts.drive import Reading
+
+T = TypeVar("T")
+Steps = Generator[float, None, T]  # yields the seconds after which it wants to go on
+Verdict = Literal["confirmed", "refuted", "measured", "untested"]
+
+
+def judged(right: bool) -> Verdict:
+    """The verdict on what was assumed or configured."""
+    return "confirmed" if right else "refuted"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing found out, or the reason why not.
+
+    Attributes
+    ----------
+    subject : str
+        What was asked, such as "axis1 gears".
+    verdict : str
+        "confirmed" or "refuted" where something was assumed or configured, "measured" where nothing was.
+    detail : str
+        Values with their uncertainty; for "untested" why, and what to do.
+    key : str
+        The configuration key concerned, dotted; empty for none.
+    configured, found : object
+        Its value, and what it must be instead when refuted.
+    """
+
+    subject: str
+    verdict: Verdict
+    detail: str
+    key: str = ""
+    configured: object = None
+    found: object = None
+
+    @property
+    def changes(self) -> bool:
+        """Whether the configuration must change."""
+        return self.verdict == "refuted" and bool(self.key) and self.found is not None
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """One look at an absolute encoder: its 16 bits, binary, of a turn."""
+
+    word: int
+
+    @property
+    def turns(self) -> float:
+        """Fraction of a turn."""
+        return self.word / 0x10000
+
+
+class Bench(Protocol):
+    """What a step works on."""
+
+    @property
+    def drive(self) -> Any:  # noqa: ANN401 - a drive's own steps know which one it is
+        """The drive."""
+        ...
+
+    def configured(self, dotted: str) -> Any:  # noqa: ANN401 - any kind of value
+        """The value of a configuration key."""
+        ...
+
+    def counts_per_deg(self, axis: int) -> float:
+        """Counts of a degree of axis 0 or 1 by the configured gears."""
+        ...
+
+    def move(
+        self,
+        offsets_deg: Sequence[float],
+        *,
+        top_deg_s: float | None = None,
+        rates_after_deg_s: Sequence[float] = (0.0, 0.0),
+        until_s: float | None = None,
+    ) -> Steps[list[Reading]]:
+        """Go to offsets from where the step began, within its reach; return the readings on the way.
+
+        Parameters
+        ----------
+        offsets_deg : sequence of float
+            Of each axis, by the configured gears.
+        top_deg_s : float, optional
+            Not faster than this.
+        rates_after_deg_s : sequence of float
+            With which to go on once landed.
+        until_s : float, optional
+            Stop the telescope so many seconds after the start.
+        """
+        ...
+
+    def wait(self, seconds: float) -> Steps[list[Reading]]:
+        """Let the drive go on as it does, for a time."""
+        ...
+
+    def halt(self) -> Steps[list[Reading]]:
+        """Stop, and watch until the axes rest."""
+        ...
+
+    def encoders(self) -> tuple[Encoder | None, Encoder | None]:
+        """What the absolute encoders read, None where there is none."""
+        ...
+
+    def encoder_sense(self, axis: int) -> tuple[float, float] | None:
+        """Encoder turns for one count of axis 0 or 1, with sign, and the relative uncertainty, once measured."""
+        ...
+
+
+@dataclass(frozen=True)
+class Step:
+    """One question asked of a telescope.
+
+    Attributes
+    ----------
+    name : str
+        As in `--only`.
+    finds : str
+        What it finds out.
+    run : callable
+        The step itself.
+    reach_deg : float
+        How far an axis is sent from where the step began, by the gears as known so far; 0 when nothing moves.
+    bound_deg : float
+        How far it may come, whatever the gears turn out to be.
+    needs : tuple of str
+        Steps that must come before.
+    allows_motion : bool
+        Whether nothing may be moved once it has refuted something.
+    """
+
+    name: str
+    finds: str
+    run: Callable[[Any], Steps[list[Finding]]]
+    reach_deg: float = 0.0
+    bound_deg: float = 0.0
+    needs: tuple[str, ...] = ()
+    allows_motion: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything moves."""
+        return self.reach_deg > 0.0
