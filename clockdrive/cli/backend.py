@@ -3,15 +3,16 @@
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from clockdrive.configuration import Configuration, load
 from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
-from clockdrive.service import Service
-from clockdrive.telescope import Telescope
 from mounts.errors import DriveError
 from transports.errors import TransportError
+
+if TYPE_CHECKING:
+    from clockdrive.telescope import Telescope
 
 _MOVING = frozenset({"goto", "home", "jog", "park"})
 
@@ -54,7 +55,9 @@ class Owning:
 
     attached = False
 
-    def __init__(self, telescope: Telescope) -> None:
+    def __init__(self, telescope: "Telescope") -> None:
+        from clockdrive.service import Service  # noqa: PLC0415 - what needs no telescope starts without
+
         self._service = Service(telescope)
         telescope.ownership.serve(self._service)
         self.leaves_tracking = False
@@ -100,6 +103,8 @@ def backend(
     if client is not None:
         yield Attached(client)
         return
+    from clockdrive.telescope import Telescope  # noqa: PLC0415 - what needs no telescope starts without
+
     telescope = Telescope(configuration, command=command)
     try:
         owning = Owning(telescope)
