@@ -1,13 +1,16 @@
 """The pages say what the code does: tables are those the code reads, and examples work."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from clockdrive.cli.parser import parser
 from clockdrive.configuration import load
+from clockdrive.parse import shielded
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").rglob("*.md")])
@@ -42,3 +45,24 @@ def test_every_configuration_shown_is_accepted(block, tmp_path):
 @pytest.mark.parametrize("block", blocks("python"))
 def test_every_python_example_is_python(block):
     compile(block, "example", "exec")
+
+
+def command_lines() -> list[pytest.param]:
+    """Return every line of the pages that a person would type to `clockdrive`."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        lines = re.findall(r"^(?:.*&& )?(?:\$ )?(?:\S*/)?(clockdrive [^&\n]+)$", text, re.MULTILINE)
+        lines += re.findall(r"`(clockdrive [^`\n]+)`", text)
+        found += [(page.relative_to(CHECKOUT), line.split(" #")[0].split(" > ")[0].strip()) for line in lines]
+    return [pytest.param(line, id=f"{page} {line}") for page, line in dict.fromkeys(found) if not is_prose(line)]
+
+
+def is_prose(line: str) -> bool:
+    """Say whether a line is of the layers' picture, or only hints at a command."""
+    return bool(re.search(r"…|  |\b[A-Z]{3,}\b(?<!NGC)", line))
+
+
+@pytest.mark.parametrize("line", command_lines())
+def test_every_command_shown_is_one_that_the_command_line_knows(line):
+    parser().parse_args(shielded(shlex.split(line)[1:]))
