@@ -1,0 +1,46 @@
+"""What this version cannot apply is refused with a sentence, never left out silently."""
+
+import math
+
+import pytest
+
+from clockdrive import assembly
+from clockdrive.configuration import load
+from clockdrive.errors import ConfigurationError
+from pointing.mount import MountType
+
+ABSENT = {
+    "a model": ({"mount.pointing_model": "model.mod"}, "pointing_model"),
+    "flipping by itself": ({"mount.type": "german", "mount.flip": "auto"}, 'flip = "auto"'),
+    "an origin beside the axis": ({"instruments.main.x_arcsec": 10.0}, "instruments.main"),
+}
+
+
+@pytest.mark.parametrize("case", ABSENT)
+def test_what_is_not_there_is_refused(case):
+    values, said = ABSENT[case]
+    with pytest.raises(ConfigurationError) as caught:
+        assembly.planner(load(None, {}, values))
+    assert said in str(caught.value)
+    assert "this version" in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["equatorial-fork", "german", "altaz-fork"])
+@pytest.mark.parametrize("latitude", [-42.4, 51.5])
+def test_a_planner_has_what_the_configuration_says(kind, latitude):
+    values = {"mount.type": kind, "site.latitude_deg": latitude, "mount.mount_x_mas": 3_600_000}
+    configuration = load(None, {}, values)
+    planner = assembly.planner(configuration)
+    assert planner.mount.type is MountType.from_text(kind)
+    assert math.degrees(planner.mount.latitude) == pytest.approx(latitude)
+    assert math.degrees(planner.mount.x) == pytest.approx(1.0)
+    for axis, section in zip(planner.axes, configuration.axes, strict=True):
+        assert math.degrees(axis.minimum) == pytest.approx(section.min_deg)
+        assert math.degrees(axis.gearing.angle(0x800000)) == pytest.approx(section.centre_deg)
+    assert math.isinf(planner.past_meridian) == (kind != "german")
+
+
+def test_the_law_of_motion_is_that_of_the_registers():
+    timing = assembly.timing(load(None, {}, {"axis1.acceleration_register": 52, "drive.slew_idle": "per-axis"}))
+    assert [model.acceleration for model in timing.slew] == [52, 26]
+    assert not timing.together

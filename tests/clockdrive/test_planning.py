@@ -1,0 +1,85 @@
+"""Targets and moments in every form that people have them; plans without any drive."""
+
+from datetime import UTC, datetime
+
+import pytest
+from astropy import units
+from astropy.coordinates import SkyCoord
+from astropy.time import Time
+from telescope_bench import T0, telescope
+
+from clockdrive import assembly
+from clockdrive.best import best
+from clockdrive.configuration import load
+from clockdrive.errors import InputError, Refused
+from clockdrive.planning import plan_from, posix, rates_of, resolve
+from pointing.errors import TargetError, Unreachable
+from pointing.targets import FixedAltAz, Star
+
+CENTRE = (0x800000, 0x800000)
+
+
+@pytest.fixture(scope="module")
+def configuration():
+    return load(None, {}, {"limits.sun_avoidance_deg": 0.0})
+
+
+@pytest.fixture(scope="module")
+def planner(configuration):
+    return assembly.planner(configuration)
+
+
+def test_one_place_in_every_form_is_the_same_plan(configuration):
+    place = "05:34:31.9 -22:00:52"
+    forms = [place, SkyCoord(place, unit=(units.hourangle, units.deg)), Star.from_degrees(83.632917, -22.014444)]
+    targets = [
+        [axis.target_counts for axis in plan_from(configuration, form, T0 + 7200.0, CENTRE).plan.axes]
+        for form in forms
+    ]
+    assert max(abs(a - b) for one in targets for a, b in zip(one, targets[0], strict=True)) <= 1
+
+
+def test_every_form_of_a_moment_is_the_same_second():
+    forms = [T0, int(T0), datetime.fromtimestamp(T0, UTC), Time(T0, format="unix"), "2027-01-15T08:00:00Z"]
+    assert [posix(form) for form in forms] == pytest.approx([T0] * len(forms), abs=1e-6)
+    with pytest.raises(InputError, match="no moment"):
+        posix("soon")
+
+
+@pytest.mark.parametrize("given", [None, 42, object(), ["M1"]])
+def test_what_is_no_target_is_refused(given, planner):
+    with pytest.raises(TargetError, match="is no target"):
+        resolve(given, planner, T0)
+
+
+def test_a_plan_without_a_drive_is_the_one_that_the_telescope_makes(tmp_path):
+    with telescope(tmp_path) as scope:
+        made = scope.plan("Canopus", at=T0)
+        alone = plan_from(scope.configuration, "Canopus", T0, CENTRE)
+    for one, two in zip(made.plan.axes, alone.plan.axes, strict=True):
+        assert abs(one.target_counts - two.target_counts) <= 3  # the drive adds its latency
+    assert made["posture"] == alone["posture"]
+
+
+def test_rates_are_given_below_the_horizon_too(planner):
+    rates = rates_of(planner, FixedAltAz(0.0, -0.5), T0)
+    assert [axis["rate_deg_s"] for axis in rates["axes"]] == [0.0, 0.0]
+
+
+def test_the_best_object_is_bright_high_and_stays_allowed(planner):
+    for hours in range(0, 24, 5):
+        time = T0 + 3600.0 * hours
+        found = best(planner, time)
+        assert planner.allowed(found, time)
+        assert planner.allowed(found, time + 1800.0)
+
+
+def test_no_best_object_is_a_sentence():
+    narrow = load(None, {}, {"limits.horizon_deg": 89.9, "limits.sun_avoidance_deg": 0.0})
+    with pytest.raises(Refused, match=r"no bright star.*\[limits\]"):
+        best(assembly.planner(narrow), T0)
+
+
+def test_what_is_out_of_reach_says_by_how_much(configuration):
+    with pytest.raises(Unreachable, match=r"30\.00° below the horizon limit of 15\.00°"):
+        plan_from(configuration, "altaz:10,-15", T0, CENTRE)
