@@ -36,6 +36,7 @@ _SLEW, _REMOTE, _TRACK = (
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
 _CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
 _WRITE_CHARACTERS = 27  # of the request that writes a pair
+_ANSWER_CHARACTERS = 19  # of the answer that brings a pair
 _START_EXCHANGES = 9  # of a start: three reads, two writes of words and four of pairs
 _START_CHARACTERS = 3 * (17 + 27) + 2 * 17 + 17 + 4 * (27 + 17)  # up to the end of the last request
 
@@ -286,7 +287,7 @@ class TC410:
             position, uncertainty, why = self.encoders.position()
             self.encoders.notes = (why,) if why else ()
             if position is not None:
-                self._set_position(self._encoded("position", position), position)
+                self._set_position(position, seen.state.time)
                 self._trust.may_be_off(uncertainty)
                 told = max(each.uncertainty_arcsec for each in self.encoders.configured if each is not None)
                 self.encoders.notes = (f"the position was lost and preset from the encoders, to ±{told:.0f}″",)
@@ -477,6 +478,8 @@ class TC410:
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Write both positions and read them back; tracking goes on from there.
 
+        An axis that moves is where `counts` say at `time`; what it moves until the unit is told is added.
+
         Raises
         ------
         DriveRefused
@@ -484,27 +487,35 @@ class TC410:
         RegisterError
             A position is outside what the drive can count; nothing was sent.
         """
-        wanted = self._encoded("position", counts)
+        self._encoded("position", counts)
         if self._slew is not None:
             raise DriveRefused("a slew is under way; `stop`, then sync")
         self._control = int(self._unit.read("velocity_control")["velocity_control"])
         self._read_models()
-        self._set_position(wanted, counts)
+        self._set_position(counts, time)
         seen = self._look()
         write_soft_limits(self._unit, self._settings)
         self._tracked = self._left_tracking(seen)
         self.read(time)
         self._remember(self.memory)
 
-    def _set_position(self, words: Sequence[tuple[int, ...]], counts: Sequence[float]) -> None:
-        """Write both positions, read them back, and trust them."""
-        for axis, pair in zip(_AXES, words, strict=True):
+    def _set_position(self, counts: Sequence[float], since: float) -> None:
+        """Write both positions, those of the time `since`, read them back, and trust them."""
+        for axis, value in zip(_AXES, counts, strict=True):
+            pair = self._unit.encoded(f"axis{axis}_position", self._carried(axis, value, since))
             written = self._unit.write_words(f"axis{axis}_position", pair)
             self._check_synchronised(axis, pair, written)
         self._leave_cookie(counts)
         self._trust.synchronised()
         self._landing = self._tracked = None
         self._compare_encoders = True
+
+    def _carried(self, axis: int, counts: float, since: float) -> float:
+        """Where an axis that was at `counts` at the time `since` will be when a write reaches the unit."""
+        name = f"axis{axis}_velocity"
+        seen = self._unit.read(name)
+        reached = seen.time + self._unit.burst_s(1, _ANSWER_CHARACTERS + _WRITE_CHARACTERS)
+        return counts + seen[name] * COUNTS_PER_SECOND * (reached - since)
 
     def _check_synchronised(self, axis: int, words: tuple[int, ...], written: float) -> None:
         wanted = by_name(f"axis{axis}_position").decode(words, self._unit.position_format)

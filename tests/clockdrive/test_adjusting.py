@@ -103,3 +103,16 @@ def test_every_correction_in_force_is_listed_with_value_unit_and_origin(tmp_path
     assert "900.0 hPa" in rows["refraction"]["origin"]
     assert {"mount y", "Earth orientation UT1−UTC", "host clock", "offset east"} <= set(rows)
     assert all(row["unit"] in {"arcsec", "s"} for row in rows.values())
+
+
+@pytest.mark.parametrize("baud", [0, 9600])
+def test_a_sync_while_tracking_costs_no_more_than_whole_counts_however_slow_the_line(baud, tmp_path):
+    with telescope(tmp_path, simulator__baud=baud) as scope:
+        witness, target = Witness(scope), star_at(scope, 75.0, 52.0)
+        scope.goto(target)
+        scope.wait(30.0)
+        scope.sync(target)
+        scope.wait(30.0)
+        off = off_arcsec(scope, witness, target)
+        print(f"{baud or 'no'} baud: {off:.2f}″ off after a sync on what was tracked")
+        assert off < math.hypot(1.0, 1.0) * ARCSEC_PER_COUNT
