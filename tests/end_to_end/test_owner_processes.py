@@ -95,6 +95,23 @@ def test_a_running_owner_serves_all_and_a_second_one_is_refused(started, served,
     assert still()
 
 
+def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served, run, answer, eventually, still):
+    owner = started("-c", served.file, "run")
+    owner.until("owning the telescope")
+    run("-c", served.file, "sync", "hadec:0,-42.4", "--force")
+    attached = started("-c", served.file, "goto", FAR)
+    eventually(lambda: moved(served))
+    attached.signal(signal.SIGINT)
+    assert attached.ended() == 130
+    assert answer("-c", served.file, "status")["doing"] == "idle"
+    assert still()
+    tracking = started("-c", served.file, "track", "hadec:5,-41")
+    tracking.until("on hadec:5,-41")
+    tracking.signal(signal.SIGINT)
+    assert tracking.ended() == 130
+    assert answer("-c", served.file, "status")["doing"] == "idle"
+
+
 def test_an_owner_killed_during_a_slew_leaves_a_telescope_that_the_next_start_makes_safe(
     slewing, served, answer, eventually, still
 ):
