@@ -259,7 +259,9 @@ class CommissioningBench:
                 continue
             readings.append(reading)
             if not any(axis.slewing for axis in reading.axes):
-                return readings
+                break
+        settled = self._polled()  # of the last reading the positions may be older than the flags
+        return readings if settled is None else [*readings, settled]
 
     def _stopped_at(self, end: float) -> Steps[list[Reading]]:
         readings: list[Reading] = []

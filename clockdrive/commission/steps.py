@@ -152,11 +152,15 @@ def _gear_findings(bench: CommissioningBench, i: int, looks: Sequence[tuple[int,
     findings = []
     if encoder is not None:
         line, bits = encoder
-        per_count = line.slope / 360.0 / bench.counts_per_deg(i)
-        bench.encoder_senses[i] = per_count, SIGNIFICANCE * line.sigma / abs(line.slope)
+        best = min((each for each in (line, sky) if each is not None), key=lambda each: each.sigma)
+        turned = math.copysign(best.slope, line.slope)
+        bench.encoder_senses[i] = turned / 360.0 / bench.counts_per_deg(i), SIGNIFICANCE * best.sigma / abs(turned)
         findings.append(_bits_finding(bench, i, bits, looks))
         if sky is not None:
-            findings.append(_encoder_ratio(i, line, sky))
+            ratio = _encoder_ratio(i, line, sky)
+            if ratio.verdict == "refuted":
+                bench.encoder_senses[i] = None
+            findings.append(ratio)
     line = sky or (encoder and encoder[0])
     if line is None:
         why = "neither a witness of the sky nor an encoder sees this axis turn; give --witness"

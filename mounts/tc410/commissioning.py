@@ -17,7 +17,8 @@ from transports.errors import TransportError
 _AXES = (1, 2)
 _KEPT_BITS = 8  # of a position or velocity that its 16-bit registers leave out, as the readings have it
 _SPEED_DEG_S = 0.2  # asked of the maximum speed register, and reached within half a second
-_CRUISE_S = (0.6, 2.0)  # since the start, between which the speed is measured
+_CRUISE_S = (0.6, 3.5)  # since the start, between which the speed is measured
+_SPEED_REACH_DEG = 1.0
 _SPEED_TOLERANCE = 0.1
 _ZERO_TOLERANCE = 2.0 / 360.0  # turns: a synchronisation may be off by so much
 _TRACK_DEG_S = 0.0125  # after a slew: 50 counts/s in the manual's gearing
@@ -108,7 +109,7 @@ def _speed_register(bench: Bench) -> Steps[list[Finding]]:
     drive: TC410 = bench.drive
     for i, axis in enumerate(_AXES):
         offsets = [0.0, 0.0]
-        offsets[i] = 0.45
+        offsets[i] = _SPEED_REACH_DEG
         readings = yield from bench.move(offsets, top_deg_s=_SPEED_DEG_S, until_s=_CRUISE_S[1])
         began = readings[0].time
         cruise = [(r.time, r.axes[i].counts) for r in readings if r.axes[i].slewing and r.time > began + _CRUISE_S[0]]
@@ -242,7 +243,7 @@ BEFORE = (
     Step("position-format", "how the 24 bits of a position lie in two registers", _position_format),
     Step("limits", "which bits the soft-limit registers hold", _limits, allows_motion=True),
     Step("longitude", "the sign of the longitude register", _longitude),
-    Step("speed-register", "which bits the maximum-speed registers hold", _speed_register, 0.45, 1.0,
+    Step("speed-register", "which bits the maximum-speed registers hold", _speed_register, _SPEED_REACH_DEG, 2.0 * _SPEED_REACH_DEG,
          allows_motion=True),
 )  # fmt: skip
 """Steps that come before those of all drives: without them no motion would be what it seems."""
