@@ -5,10 +5,8 @@ Files in the state directory, per telescope: `owner-*.lock`, locked by the opera
 that died; `owner-*.key`, mode 0600, made anew by each owner, which opens its control socket.
 """
 
-import hashlib
 import json
 import os
-import re
 import secrets
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -19,6 +17,7 @@ from typing import Self
 from clockdrive.control_socket import ControlClient, ControlServer, Handler
 from clockdrive.errors import OwnedElsewhere, StateError
 from clockdrive.process_lock import ProcessLock
+from clockdrive.telescope_files import stem
 
 
 @dataclass(frozen=True)
@@ -127,11 +126,10 @@ class _Files:
 
     def __init__(self, directory: Path, telescope: str) -> None:
         self._directory = directory
-        words = re.sub(r"[^A-Za-z0-9]+", "-", telescope).strip("-")[:40]
-        stem = f"owner-{words}-{hashlib.sha256(telescope.encode()).hexdigest()[:8]}"
-        self.lock = directory / f"{stem}.lock"
-        self._info = directory / f"{stem}.json"
-        self._key = directory / f"{stem}.key"
+        name = stem("owner", telescope)
+        self.lock = directory / f"{name}.lock"
+        self._info = directory / f"{name}.json"
+        self._key = directory / f"{name}.key"
 
     def make_directory(self) -> None:
         try:

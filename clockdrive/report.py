@@ -62,6 +62,7 @@ def _history(configuration: Configuration) -> Iterator[tuple[str, str]]:
         yield "drive.json", json.dumps(store.learnt("drive"), indent=1)
         yield "last-position.txt", repr(store.last_position())
         yield "events.txt", "\n".join(f"{utc(event.time)} {event.kind}: {event.text}" for event in store.events())
+        yield "event.log", store.log.text()
 
 
 def _version(package: str) -> str:

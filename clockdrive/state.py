@@ -3,7 +3,7 @@
 Each record is one transaction, so that a process killed at any moment leaves the last complete record behind. What
 decides whether a position may be trusted (synchronisation, park, activity) is on the disk before the call returns;
 the frequent positions and events may lose their last second to a power cut, but never to the end of a process.
-Times are POSIX seconds, given by the caller.
+Each event is also a line of the event log. Times are POSIX seconds, given by the caller.
 """
 
 import json
@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from clockdrive.event_log import EventLog
 from clockdrive.state_file import StateFile
 
 _KEPT_EVENTS = 10_000
@@ -90,6 +91,7 @@ class StateStore:
     def __init__(self, directory: Path, telescope: str) -> None:
         self.telescope = telescope
         self._file = StateFile(directory)
+        self.log = EventLog(directory, telescope)
         try:
             self._forget_old_events()
         except BaseException:
@@ -103,6 +105,7 @@ class StateStore:
 
     def close(self) -> None:
         """Close; closing twice is harmless."""
+        self.log.close()
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -245,7 +248,8 @@ class StateStore:
     # History
 
     def record_event(self, event: Event) -> None:
-        """Add to the history."""
+        """Add to the history and to the event log."""
+        self.log.add(event.time, event.kind, event.text)
         self._file.write(
             "INSERT INTO events (telescope, time, kind, text, json) VALUES (?, ?, ?, ?, ?)",
             (self.telescope, event.time, event.kind, event.text, json.dumps(dict(event.data))),
