@@ -77,7 +77,7 @@ class AxisWatch:
         nominal = self.model.acceleration * _RATE_PER_RAMP
         sign = 1.0 if self.target >= self.start else -1.0
         full_speed_after = (self.model.max_rate - sign * self.start_rate) / nominal
-        ramp_s = min(full_speed_after, self.travel.duration / 3.0)
+        ramp_s = min(full_speed_after, self.travel.move.ticks * TICK_S / 3.0)  # a slow landing is no part of it
         if not _LEAST_RAMP_S < elapsed < 0.9 * ramp_s or sign * self.start_rate < 0.0:
             return
         gained = sign * (counts + 0.5 - self.start - self.start_rate * elapsed)
