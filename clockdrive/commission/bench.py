@@ -29,6 +29,8 @@ from pointing.limits import separation
 from pointing.plan import Plan, Timing
 
 _PERIOD_S = 0.2
+_RAMP_PERIOD_S = 0.05  # while the axes speed up, which shows their acceleration
+_RAMP_S = 2.0
 _LANDING_PERIOD_S = 0.02
 _LANDING_WINDOW_S = 0.4
 _LATE_S = 3.0  # beyond which a landing is waited for at leisure
@@ -253,7 +255,8 @@ class CommissioningBench:
         while True:
             left = plan.arrival - self.session.clock.now()
             near = -_LATE_S < left < _LANDING_WINDOW_S
-            yield _LANDING_PERIOD_S if near else min(_PERIOD_S, abs(left))
+            ramping = self.session.clock.now() < plan.start + _RAMP_S
+            yield _LANDING_PERIOD_S if near else min(_RAMP_PERIOD_S if ramping else _PERIOD_S, abs(left))
             reading = self._polled()
             if reading is None:
                 continue

@@ -147,7 +147,7 @@ def _slew_bit(bench: Bench) -> Steps[list[Finding]]:
 def _idle(bench: Bench) -> Steps[list[Finding]]:
     """Slews whose axes land at different times, and track on: which shows when tracking resumes, and the landing."""
     rates = (_TRACK_DEG_S, _TRACK_DEG_S)
-    for place in ((2.5, 0.4), (2.2, 2.8), (0.2, 2.5), (0.5, 0.1)):
+    for place in ((3.0, 0.4), (2.7, 3.4), (0.2, 3.1), (0.5, 0.1)):
         yield from bench.move(place, rates_after_deg_s=rates)
         yield from bench.wait(_TRACK_S)
         yield from bench.halt()
@@ -249,7 +249,7 @@ BEFORE = (
 """Steps that come before those of all drives: without them no motion would be what it seems."""
 
 AFTER = (
-    Step("landing", "when tracking resumes after a slew, true acceleration and landing", _idle, 3.1, 4.0,
+    Step("landing", "when tracking resumes after a slew, true acceleration and landing", _idle, 3.6, 4.5,
          needs=("sense",)),
     Step("slew-bit", "whether the bit that starts a slew clears itself", _slew_bit, 0.1, 0.2),
     Step("encoder-zero", "where the encoders' stored zero is", _encoder_zero, needs=("gearing",)),
