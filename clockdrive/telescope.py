@@ -17,6 +17,8 @@ from clockdrive.answers import Answer, PlanAnswer, arrival_answer, plan_answer
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
+from clockdrive.direct_speed import DirectSpeed
+from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
 from clockdrive.planning import posix, rates_of, resolve
@@ -25,6 +27,7 @@ from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
 from pointing.mount import Posture
+from pointing.plan import Plan
 from pointing.targets import Target
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from mounts.commissioning import Finding
     from mounts.tc410.simulator import SimulatedTC410
     from transports.link import Clock
+    from transports.memory import Device
 
 T = TypeVar("T")
 
@@ -46,6 +50,17 @@ class Telescope:
 
     Use `open` or `simulated`; leave it with `close` or as a context manager.
 
+    Parameters
+    ----------
+    configuration : Configuration
+        What it is.
+    clock : Clock, optional
+        The time; the computer's own by default.
+    command : str
+        Who opens it, as other processes are told.
+    line : callable, optional
+        Given the embedded simulator, returns the device that the driver reaches in its place: a faulty line to it.
+
     Raises
     ------
     ConfigurationError, OwnedElsewhere, DriveError, TransportError
@@ -53,7 +68,12 @@ class Telescope:
     """
 
     def __init__(
-        self, configuration: Configuration, clock: "Clock | None" = None, *, command: str = "Python"
+        self,
+        configuration: Configuration,
+        clock: "Clock | None" = None,
+        *,
+        command: str = "Python",
+        line: "Callable[[Device], Device] | None" = None,
     ) -> None:
         self.clock = clock or SystemClock()
         self.configuration = configuration
@@ -61,6 +81,7 @@ class Telescope:
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._kept_at = -math.inf
         self._device: SimulatedTC410 | None = None
+        self._line = line
         identity = configuration.identity
         self.ownership = Ownership(
             configuration.state_directory,
@@ -77,7 +98,10 @@ class Telescope:
             raise
         self._slewing = Slewing(self._session)
         self._adjusting = Adjusting(self._session)
+        self._direct = DirectSpeed(self._session)
         self._control = control_for(self.clock, self._session.cycle)
+        self.drive = DriveRegisters(self._session, self.configuration, self._control)
+        """The drive's own registers: show, set, diff, push, save, factory, reload, encoders."""
 
     @classmethod
     def open(
@@ -92,10 +116,16 @@ class Telescope:
 
     @classmethod
     def simulated(
-        cls, kind: str = "tc410", *, overrides: Mapping[str, object] | None = None, clock: "Clock | None" = None
+        cls,
+        kind: str = "tc410",
+        *,
+        overrides: Mapping[str, object] | None = None,
+        clock: "Clock | None" = None,
+        line: "Callable[[Device], Device] | None" = None,
     ) -> Self:
         """Open an embedded simulator; `overrides` are configuration values by dotted name."""
-        return cls(load(None, overrides={"drive.kind": kind, "drive.link": "sim:", **(overrides or {})}), clock)
+        configuration = load(None, overrides={"drive.kind": kind, "drive.link": "sim:", **(overrides or {})})
+        return cls(configuration, clock, line=line)
 
     def __enter__(self) -> Self:
         return self
@@ -130,18 +160,18 @@ class Telescope:
         plan = self._control.call(
             lambda: self._session.plan(resolved) if at is None else self._session.plan_at(resolved, time)
         )
-        return plan_answer(plan, self._session.planner)
+        return self._answered(plan)
 
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
         resolved = self._target(target, self.clock.now())
         arrival = self._perform(self._slewing.goto(resolved, progress))
-        return arrival_answer(arrival, self._session.planner)
+        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
         plan = self._perform(self._slewing.park(self._configured("park_deg"), progress))
-        return plan_answer(plan, self._session.planner)
+        return self._answered(plan)
 
     def unpark(self) -> None:
         """Allow motion again."""
@@ -150,7 +180,7 @@ class Telescope:
     def home(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the centre of both axes and stay there."""
         plan = self._perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
-        return plan_answer(plan, self._session.planner)
+        return self._answered(plan)
 
     def jog(
         self,
@@ -163,7 +193,21 @@ class Telescope:
         if axis not in {1, 2}:
             raise Refused(f"axis {axis}: use 1 or 2")
         steps = self._slewing.jog(axis - 1, math.radians(deg_s), seconds, progress)
-        return plan_answer(self._perform(steps), self._session.planner)
+        return self._answered(self._perform(steps))
+
+    def drive_at(self, deg_s_1: float, deg_s_2: float, seconds: float, progress: Report = nobody) -> Answer:
+        """Move both axes at speeds for a time, then ramp them down; a dead-man process stands beside the drive.
+
+        Raises
+        ------
+        Refused, Unreachable, DriveError
+            Not now, not so fast or not that way; the telescope is at rest.
+        """
+        rates = math.radians(deg_s_1), math.radians(deg_s_2)
+        moved = self._perform(self._direct.move(rates, seconds, progress))
+        ends = {"from_deg": moved.start, "to_deg": moved.end}
+        shown = {name: [math.degrees(angle) for angle in angles] for name, angles in ends.items()}
+        return Answer({"ok": True, "seconds": moved.seconds, **shown})
 
     def stop(self) -> None:
         """Stop everything at once, tracking included; jumps the queue."""
@@ -276,16 +320,25 @@ class Telescope:
             memory = self._store.learnt("drive")
             if configuration.simulated:
                 memory = self._embed(now, memory)
+            device = self._device if self._line is None or self._device is None else self._line(self._device)
             drive, self.configuration = assembly.drive(
-                configuration, self.clock, self._device, memory, lambda kept: self._store.learn("drive", kept, now)
+                configuration, self.clock, device, memory, lambda kept: self._store.learn("drive", kept, now)
             )
             planner = assembly.planner(self.configuration)
-            session = Session(planner, drive, self._store, self.clock, self._keep_simulator)
+            around = assembly.surroundings(self.configuration, planner, self.clock)
+            session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
             session.open(make_safe=self.ownership.previous_owner_died)
         except BaseException:
             self._store.close()
             raise
         return session
+
+    def _notes(self, plan: Plan) -> tuple[str, ...]:
+        altitude = math.asin(max(-1.0, min(1.0, plan.observed[2])))
+        return self._session.surroundings.notes(plan.arrival, altitude)
+
+    def _answered(self, plan: Plan) -> PlanAnswer:
+        return plan_answer(plan, self._session.planner, self._notes(plan))
 
     def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
         """Make the simulator; a new one starts synchronised at park."""

@@ -221,6 +221,14 @@ def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
         assert scope.goto("best")["slews"] == 1
 
 
+def test_an_embedded_telescope_goes_on_when_the_clock_was_set_back(tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("best")
+    with telescope(tmp_path, start=T0 - 3600.0) as scope:
+        assert scope.status()["synchronised"]
+        assert scope.goto("altaz:75,50")["slews"] == 1
+
+
 # Faults ------------------------------------------------------------------------------------------------------------
 
 
