@@ -5,7 +5,7 @@ Each answer is a frozen value with its `json`; displays and notebooks show the s
 
 import html
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -87,7 +87,7 @@ class PlanAnswer(Answer):
         )
 
 
-def plan_answer(plan: Plan, planner: Planner) -> PlanAnswer:
+def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = ()) -> PlanAnswer:
     """Put a plan into the form of `plan --json`."""
     return PlanAnswer(
         {
@@ -100,16 +100,17 @@ def plan_answer(plan: Plan, planner: Planner) -> PlanAnswer:
             "observed": observed(plan.observed, planner.mount.latitude),
             "axes": [_axis(axis) for axis in plan.axes],
             "checks": [{"name": check.name, "ok": check.ok, "detail": check.detail} for check in plan.checks],
+            "notes": list(notes),
         },
         plan,
     )
 
 
-def arrival_answer(arrival: "Arrival", planner: Planner) -> Answer:
+def arrival_answer(arrival: "Arrival", planner: Planner, notes: Sequence[str] = ()) -> Answer:
     """Put an arrival into the form of `goto --json`."""
     return Answer(
         {
-            **plan_answer(arrival.plan, planner).json,
+            **plan_answer(arrival.plan, planner, notes).json,
             "arrived_utc": utc(arrival.arrived),
             "arrival_error_arcsec": round(arrival.error_arcsec, 3),
             "slews": arrival.slews,

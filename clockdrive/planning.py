@@ -1,12 +1,15 @@
 """Plans and rates that need no drive: targets and times as people give them, positions as they say."""
 
+import math
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from clockdrive import parse
 from clockdrive.answers import Answer, PlanAnswer, plan_answer, rates_answer
 from clockdrive.assembly import planner as planner_of
+from clockdrive.assembly import surroundings as surroundings_of
 from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
+from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from pointing.errors import TargetError
 from pointing.instant import Instant
@@ -36,8 +39,10 @@ def plan_from(
         It is no target; it cannot be reached.
     """
     planner = planner_of(configuration)
+    around = surroundings_of(configuration, planner, SystemClock())
+    around.open(time)
     plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
-    return plan_answer(plan, planner)
+    return plan_answer(plan, planner, around.notes(plan.arrival, math.asin(plan.observed[2])))
 
 
 def rates_of(planner: Planner, target: Target, time: float) -> Answer:

@@ -15,6 +15,7 @@ from clockdrive.errors import Refused, StateError
 from clockdrive.pursuit import Pursuit
 from clockdrive.safety import Guard
 from clockdrive.state import Activity, Event, Position, StateStore
+from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
 from pointing.offset import OffsetTarget
@@ -47,6 +48,8 @@ class Session:
         The time.
     after_reading : callable
         Called after every reading; the embedded simulator is kept there.
+    surroundings : Surroundings, optional
+        The host's clock and the air; without it, the clock and the configured air.
     """
 
     def __init__(
@@ -56,12 +59,14 @@ class Session:
         store: StateStore,
         clock: Clock,
         after_reading: Callable[[], None] = lambda: None,
+        surroundings: Surroundings | None = None,
     ) -> None:
         self.planner = planner
         self.drive = drive
         self.store = store
         self.clock = clock
         self._after_reading = after_reading
+        self.surroundings = surroundings or Surroundings(planner, clock)
         self.pursuit: Pursuit | None = None
         self.doing = self._at_rest()
         self.reading: Reading | None = None
@@ -74,6 +79,8 @@ class Session:
 
     def open(self, *, make_safe: bool) -> Reading:
         """Connect; a session that was cut short makes the drive safe first."""
+        for text in self.surroundings.open(self.clock.now()):
+            self.note("surroundings", text)
         cut_short = self.store.activity()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
@@ -144,6 +151,9 @@ class Session:
         Refused
             A safety rule was broken; the telescope was stopped.
         """
+        doing = self.doing if self.pursuit is None else f"{self.doing} {self.pursuit.target.name}"
+        for text in self.surroundings.follow(self.clock.now(), doing):
+            self.note("surroundings", text)
         try:
             reading = self.drive.read(self.clock.now())
         except TransportError as error:

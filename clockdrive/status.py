@@ -24,7 +24,9 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
         "target": session.pursuit.target.name if session.pursuit else None,
         "parked": store.parked(),
         "trouble": session.trouble,
-        "notes": [*session.drive.notes, *([configuration.notice] if configuration.notice else [])],
+        "notes": [
+            note for note in (*session.drive.notes, session.surroundings.air.trouble, configuration.notice) if note
+        ],
         "link_silent_s": None if session.link_lost_since is None else now - session.link_lost_since,
     }
     reading = session.reading
@@ -62,5 +64,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
         "checks": [
             {"name": check.name, "ok": check.ok, "detail": check.detail} for check in planner.standing(angles, now)
         ],
-        "corrections": ledger(planner, store, configuration, math.radians(place["altitude_deg"]), now),
+        "corrections": ledger(
+            planner, store, configuration, session.surroundings, math.radians(place["altitude_deg"]), now
+        ),
     }

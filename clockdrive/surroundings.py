@@ -11,6 +11,7 @@ from clockdrive.clock_watch import ClockWatch
 from clockdrive.host_clock import HostClock, HostClockCheck, host_clock
 from clockdrive.polled import at_once, on_a_thread
 from clockdrive.weather import Air, LiveWeather, effect_arcsec, sky_with, weather_source
+from pointing.instant import Instant
 from pointing.planner import Planner
 from transports.link import Clock
 
@@ -86,8 +87,11 @@ class Surroundings:
         return 0.0 if reading is None else effect_arcsec(self._site, reading, altitude)
 
     def notes(self, now: float, altitude: float) -> tuple[str, ...]:
-        """Say under a plan how right the clock is, and what the measured air does at the target's altitude."""
+        """Say under a plan how right clock and Earth orientation are, and what the measured air does up there."""
         notes = [self.clock(now).text]
+        earth = self._planner.sky.at(Instant.from_posix(now)).earth_orientation
+        if earth.note:
+            notes.append(earth.note)
         if self.air.reading is not None:
             effect = self.effect_arcsec(altitude)
             notes.append(f"air {self.air.origin}: target {effect:+.1f}″ in altitude against the configured air")

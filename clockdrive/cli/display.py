@@ -62,6 +62,7 @@ def plan_text(answer: Mapping[str, Any]) -> str:
         for axis in answer["axes"]
     ]
     lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
+    lines += [f"  note: {note}" for note in answer.get("notes", ())]
     return "\n".join(lines)
 
 
