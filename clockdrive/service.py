@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from clockdrive.commission.calls import commission_calls
 from clockdrive.errors import InputError
 from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
@@ -26,6 +27,7 @@ class Service:
     def __init__(self, telescope: Telescope) -> None:
         self._telescope = telescope
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
+            **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
             "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,

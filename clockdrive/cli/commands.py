@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from clockdrive.errors import ConfigurationError, InputError, Refused
+
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
-from clockdrive.errors import ConfigurationError, InputError, Refused
+from clockdrive.cli.commission_command import commission
 
 Command = Callable[[argparse.Namespace], None]
 
@@ -139,9 +141,10 @@ def drive(args: argparse.Namespace) -> None:
 
 def simulate(args: argparse.Namespace) -> None:
     """Host a simulator until interrupted."""
-    from clockdrive import simulators  # noqa: PLC0415 - only here
     from clockdrive.clock import SystemClock  # noqa: PLC0415 - likewise
     from transports.serve import serve  # noqa: PLC0415 - likewise
+
+    from clockdrive import simulators  # noqa: PLC0415 - only here
 
     configuration = configuration_of(args.config)
     clock = SystemClock()
@@ -245,6 +248,7 @@ def _two_numbers(words: list[str]) -> tuple[float, float]:
 
 
 COMMANDS: dict[str, Command] = {
+    "commission": commission,
     "config": config,
     "drive": drive,
     "goto": goto,

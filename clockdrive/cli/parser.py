@@ -6,6 +6,8 @@ from importlib import metadata
 
 from clockdrive.configuration_keys import DRIVE_KINDS
 
+from clockdrive.cli.commission_command import add_commission
+
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
     "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega), best, altaz:AZ,ALT or "
@@ -78,6 +80,7 @@ def _serving(add: Adder) -> None:
     drive = add("drive", "the drive's own registers and power")
     drive.add_argument("action", choices=("show", "power"))
     drive.add_argument("state", nargs="?", choices=("on", "standby"))
+    add_commission(add)
     simulate = add("simulate", "host a drive simulator")
     simulate.add_argument("kind", choices=("tc410",))
     simulate.add_argument(

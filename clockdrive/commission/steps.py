@@ -161,12 +161,12 @@ def _gear_findings(bench: CommissioningBench, i: int, looks: Sequence[tuple[int,
             if ratio.verdict == "refuted":
                 bench.encoder_senses[i] = None
             findings.append(ratio)
-    line = sky or (encoder and encoder[0])
-    if line is None:
+    shown = sky or (encoder and encoder[0])
+    if shown is None:
         why = "neither a witness of the sky nor an encoder sees this axis turn; give --witness"
         return [*findings, Finding(f"axis{i + 1} gears", "untested", why)]
     by = "the sky" if sky is not None else "the encoder, taken as 1:1 on the axis"
-    return [*findings, _gear_finding(bench, i, line, by), _play_finding(i, line)]
+    return [*findings, _gear_finding(bench, i, shown, by), _play_finding(i, shown)]
 
 
 def _sky_line(bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen]]) -> Line | None:

@@ -10,13 +10,13 @@ import re
 import shlex
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from clockdrive import parse
 from clockdrive.control import Steps
 from clockdrive.errors import ClockdriveError
-from mounts.true_mount import TrueMount
 from pointing.errors import TargetError
 from pointing.gearing import Gearing
 from pointing.instant import Instant
@@ -28,7 +28,9 @@ from transports.link import Clock
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
     from mounts.tc410.simulator import SimulatedTC410
+    from mounts.true_mount import TrueMount
 
+Ask = Callable[[str], object]  # lets a person know what is wanted
 WITNESSES = ("encoders", "simulator", "command:PROGRAM", "typed")
 _PERIOD_S = 0.1
 _SOLVER_ARCSEC = 10.0
@@ -83,7 +85,7 @@ class SimulatedSky:
     """
 
     def __init__(
-        self, device: "SimulatedTC410", gearings: tuple[Gearing, Gearing], mount: TrueMount, clock: Clock
+        self, device: "SimulatedTC410", gearings: tuple[Gearing, Gearing], mount: "TrueMount", clock: Clock
     ) -> None:
         self._device, self._gearings, self._mount, self._clock = device, gearings, mount, clock
 
@@ -91,6 +93,7 @@ class SimulatedSky:
     def of(cls, device: "SimulatedTC410", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
         """The embedded simulator, which is built as the configuration says."""
         from clockdrive.tc410_assembly import gearings  # noqa: PLC0415 - only where a simulator is the witness
+        from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
 
         worm = 1.0 / float(configuration.axes[0].main_gear)
         latitude = math.radians(configuration.site.latitude_deg)
@@ -181,7 +184,7 @@ class TypedWitness:
         Lets the person know.
     """
 
-    def __init__(self, planner: Planner, clock: Clock, replies: "queue.SimpleQueue[str]", ask: "Ask") -> None:
+    def __init__(self, planner: Planner, clock: Clock, replies: "queue.SimpleQueue[str]", ask: Ask) -> None:
         self._planner, self._clock, self._replies, self._ask = planner, clock, replies, ask
 
     def look(self) -> Steps[Sighting]:
@@ -198,14 +201,6 @@ class TypedWitness:
                 waited += _PERIOD_S
             else:
                 return sighted(text, self._planner, self._clock.now(), _TYPED_ARCSEC)
-
-
-class Ask(Protocol):
-    """Lets a person know what is wanted."""
-
-    def __call__(self, what: str) -> object:
-        """Ask for `what`."""
-        ...
 
 
 def sighted(text: str, planner: Planner, now: float, sigma_arcsec: float) -> Sighting:

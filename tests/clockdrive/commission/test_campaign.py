@@ -1,0 +1,71 @@
+"""Mounts of chance are commissioned: every wrong key is found, none is invented, no move goes beyond its bound."""
+
+import os
+from collections import Counter
+from fractions import Fraction
+
+import pytest
+from commission_bench import mount, random_truth, wrong_keys
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
+MOUNTS = 200 if FULL else 24
+CONFIGURED = Fraction("1/285") * Fraction("16/40")
+
+
+def told(findings):
+    """What the findings would change, gears as the true ratio they mean."""
+    changes = {}
+    for each in findings:
+        if not each.changes:
+            continue
+        if each.subject.endswith("gears"):
+            main, secondary = Fraction("1/285"), Fraction("16/40")
+            value = Fraction(each.found)
+            changes[each.subject] = value * secondary if each.key.endswith("main_gear") else main * value
+        else:
+            changes[each.key] = each.found
+    return changes
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(1800)
+def test_every_wrong_key_is_found_and_none_invented_within_the_bounds(tmp_path, monkeypatch):
+    tally, untested, teeth = Counter(), Counter(), Counter()
+    worst_gear = worst_scale = worst_landing = 0.0
+    nearest = 1e9
+    for seed in range(MOUNTS):
+        truth = random_truth(seed)
+        with mount(tmp_path / str(seed), truth, monkeypatch) as watched:
+            findings = watched.commission()
+            models = watched.scope._session.drive.slew_models
+        wrong, changes = wrong_keys(truth), told(findings)
+        open_keys = {each.key for each in findings if each.verdict == "untested"}
+        untested.update(each.subject for each in findings if each.verdict == "untested")
+        for key, value in wrong.items():
+            assert key in changes, (seed, key, value, [f for f in findings if f.verdict == "untested"])
+            if key.endswith("gears"):
+                off = abs(float(changes[key] / value) - 1.0)
+                worst_gear = max(worst_gear, off)
+                assert off < 0.008, (seed, key, changes[key], value)
+                teeth["exact" if changes[key] == value else "within the uncertainty"] += 1
+            else:
+                assert changes[key] == value, (seed, key)
+        assert set(changes) <= set(wrong), (seed, set(changes) - set(wrong))
+        tally["found"] += len(wrong)
+        tally["mounts"] += 1
+        tally["right keys confirmed"] += sum(each.verdict == "confirmed" for each in findings if each.key)
+        for step, (gone, bound) in watched.excursions.items():
+            assert gone <= bound, (seed, step, gone, bound)
+            nearest = min(nearest, bound - gone) if bound else nearest
+            if not bound:
+                assert gone < 1e-9
+        error, landing = truth.simulator["acceleration_error"], truth.simulator["landing_s"]
+        for model in models:
+            worst_scale = max(worst_scale, abs(model.acceleration_scale - 1.0 - error))
+            worst_landing = max(worst_landing, abs(model.landing_s - landing))
+        tally["left open"] += len(open_keys - {""})
+    print(dict(tally), dict(teeth))
+    print(f"gears within {100 * worst_gear:.2f} %, acceleration within {100 * worst_scale:.2f} %, landing within "
+          f"{worst_landing:.3f} s, the tightest bound had {nearest:.2f}° left; untested: {dict(untested)}")  # fmt: skip
+    assert worst_scale < 0.02
+    assert worst_landing < 0.2
