@@ -5,11 +5,14 @@ What this version cannot apply is refused here with a sentence, never left out s
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
+from clockdrive.surroundings import Surroundings
 from clockdrive.tc410_assembly import gearings, keys_from, registers, settings
+from clockdrive.weather_sources import WeatherError
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
 from pointing.plan import Axis, Timing
@@ -19,10 +22,12 @@ from pointing.sky import Sky
 
 if TYPE_CHECKING:
     from mounts.drive import Drive
+    from mounts.tc410.direct import Guardian
     from transports.link import Clock
     from transports.memory import Device
 
 _MAS = math.pi / 648_000_000.0
+_SILENCE_S = 0.7  # more than the exchange of one register takes on a slow line, and less than a second with the stop
 
 
 def planner(configuration: Configuration) -> Planner:
@@ -52,6 +57,20 @@ def planner(configuration: Configuration) -> Planner:
         _limits(configuration),
         math.radians(configuration.limits.hour_angle_past_meridian_deg),
     )
+
+
+def surroundings(configuration: Configuration, planned: Planner, clock: "Clock") -> Surroundings:
+    """Make what the telescope must know of clock and air.
+
+    Raises
+    ------
+    ConfigurationError
+        The weather source is none.
+    """
+    try:
+        return Surroundings(planned, clock, configuration.weather.source, Path(configuration.source).parent)
+    except WeatherError as error:
+        raise ConfigurationError(configuration.source, [f"site.weather.source: {error}"]) from error
 
 
 def timing(configuration: Configuration) -> Timing:
@@ -97,7 +116,10 @@ def drive(
     ConfigurationError, DriveError, TransportError
         This version does not drive it; the unit contradicts itself; nothing answers.
     """
-    from mounts.tc410.drive import TC410  # noqa: PLC0415 - a plan alone needs no drive, and starts without it
+    from clockdrive.simulators import NobodyBeside  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
+    from mounts.tc410.dead_man_frames import safe_frames  # noqa: PLC0415 - likewise
+    from mounts.tc410.drive import TC410  # noqa: PLC0415 - likewise
     from mounts.tc410.startup import identify  # noqa: PLC0415 - likewise
     from mounts.tc410.unit import Unit  # noqa: PLC0415 - likewise
     from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
@@ -107,9 +129,17 @@ def drive(
     _refuse_what_is_not_there(configuration)
     if device is not None:
         latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
+        guardian: Guardian = NobodyBeside()
         modbus = ModbusAscii(lambda: MemoryLink(device, clock, latency_s=latency, baud=baud), clock)
     else:
-        modbus = ModbusAscii(lambda: open_link(configuration.drive.link, clock), clock)
+        guardian = dead_man = DeadMan(
+            configuration.drive.link,
+            safe_frames(),
+            program="clockdrive.dead_man",
+            silence_s=_SILENCE_S,
+            log=configuration.state_directory / "dead-man.log",
+        )
+        modbus = ModbusAscii(dead_man.sharing(lambda: open_link(configuration.drive.link, clock)), clock)
         if configuration.left_to_the_unit():
             unit = Unit(modbus)
             identify(unit)
@@ -117,7 +147,7 @@ def drive(
         if configuration.origins["site.latitude_deg"] == "default":
             text = "[site] latitude_deg and longitude_deg are neither in the file nor in the unit: give both"
             raise ConfigurationError(configuration.source, [text])
-    return TC410(modbus, settings(configuration), memory, remember), configuration
+    return TC410(modbus, settings(configuration), memory, remember, guardian), configuration
 
 
 def _refuse_what_is_not_there(configuration: Configuration) -> None:
@@ -133,8 +163,6 @@ def _refuse_what_is_not_there(configuration: Configuration) -> None:
         )
     if configuration.mount.flip == "auto":
         problems.append('[mount] flip = "auto": this version flips on no account by itself; use "command"')
-    if configuration.weather.source is not None:
-        problems.append("[site.weather] source: this version takes fixed values only; give pressure and temperature")
     for name, origin in configuration.instruments.items():
         if origin.x_arcsec or origin.y_arcsec:
             problems.append(f"[instruments.{name}]: this version points with the optical axis only; set both to 0")

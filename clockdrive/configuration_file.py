@@ -66,7 +66,7 @@ def commented_template(drive: str, mount_type: str | None = None, values: Mappin
 def _line(key: Key, value: Value, *, active: bool) -> str:
     # An optional key without a value shows an example; it would mean something if it were taken as it stands.
     shown = value if value is not None else (key.example or _raw_default(key))
-    setting = f"{'' if active and value is not None else '# '}{key.name} = {_toml(shown)}"
+    setting = f"{'' if active and value is not None else '# '}{key.name} = {toml(shown)}"
     mark = " [unit]" if key.in_unit and "tc410" in key.drives else ""
     return f"{setting:<40}  # {key.meaning}: {key.allowed}{mark}\n"
 
@@ -75,7 +75,8 @@ def _raw_default(key: Key) -> Value:
     return "" if isinstance(key.default, Computed) else key.default
 
 
-def _toml(value: Value) -> str:
+def toml(value: object) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):
@@ -109,4 +110,4 @@ def _default_words(key: Key) -> str:
         return key.default.text
     if key.default is None:
         return "none"
-    return f"`{_toml(key.default)}`"
+    return f"`{toml(key.default)}`"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from clockdrive.commission.calls import commission_calls
+from clockdrive.drive_registers import drive_calls
 from clockdrive.errors import InputError
 from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
@@ -29,6 +30,10 @@ class Service:
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
             **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
+            **drive_calls(telescope),
+            "drive_at": lambda args, emit: (
+                telescope.drive_at(args["deg_s"][0], args["deg_s"][1], args["seconds"], _reported(emit)).json
+            ),
             "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,
             "jog": lambda args, emit: (

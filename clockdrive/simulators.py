@@ -52,3 +52,25 @@ def _counts_per_turn(section: AxisSection) -> Fraction:
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
     """What the driver of a simulator never used before remembers: it is synchronised, at park."""
     return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}
+
+
+class NobodyBeside:
+    """In place of a dead-man process for an embedded simulator, which ends with its owner."""
+
+    fate = ""
+
+    def start(self) -> None:
+        """Nobody starts."""
+
+    def arm(self) -> None:
+        """Nobody will act."""
+
+    def beat(self) -> bool:
+        """Nobody needs a sign of life."""
+        return True
+
+    def disarm(self) -> None:
+        """Nobody would have acted."""
+
+    def close(self) -> None:
+        """Nobody ends."""

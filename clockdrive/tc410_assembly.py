@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from mounts.tc410.encoders import Encoder
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name
 from mounts.tc410.settings import AxisSettings, TC410Settings
 from pointing.gearing import Gearing
 from pointing.mount import MountType
@@ -23,6 +23,12 @@ _MAS_PER_DEGREE = 3.6e6
 _TURN_MAS = 360.0 * _MAS_PER_DEGREE
 _LAST_COUNT = 2**24 - 1
 _DEFAULT_BAUD = 9600
+_INWARDS = 0.3  # counts by which an angle is moved outward, so that rounding it inward gives the same register
+_WIDEST_DEG = 720.0
+_FASTEST_DEG_S = 99.0
+_LOGARITHMIC = 0x80
+_MOST_SHIFT = 17
+_DRIVE_CODES = {name.lower(): code for code, name in DRIVE_TYPES.items()}
 
 
 def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
@@ -97,18 +103,72 @@ def registers(configuration: Configuration) -> dict[str, float]:
     return {key.register: key.to_register(configuration) for key in _KEYS}
 
 
-def keys_from(unit: "Unit") -> dict[str, object]:
-    """Read what the unit's own registers say of the configuration, by dotted key; zeros were never set."""
-    blocks = [("latitude", "longitude"), ("mount_type", "mount_type"), ("mount_x", "mount_y")]
+def registers_of_key(name: str) -> tuple[str, ...]:
+    """The registers of a key by its dotted name, or one register by its own; empty when it is neither."""
+    return tuple(key.register for key in _KEYS if name in {key.dotted, key.register})
+
+
+def registers_of(unit: "Unit") -> dict[str, float]:
+    """Read every register that a key of the configuration speaks of, by name."""
+    blocks = [("joystick_mode", "longitude"), ("mount_type", "mount_type"), ("mount_x", "mount_y")]
     for axis in (1, 2):
         for first, last in (
             ("drive_type", "drive_type"),
-            ("acceleration", "encoder_zero"),
-            ("motor_steps", "secondary_gear_divisor"),
+            ("negative_limit", "encoder_zero"),
+            ("motor_steps", "park"),
         ):
             blocks.append((f"axis{axis}_{first}", f"axis{axis}_{last}"))
-    found = {name: value for block in blocks for name, value in unit.read(*block).values.items()}
-    return _site_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+    return {name: value for block in blocks for name, value in unit.read(*block).values.items()}
+
+
+def keys_from(unit: "Unit") -> dict[str, object]:
+    """Read what the unit's own registers say of the configuration, by dotted key; zeros were never set."""
+    found = registers_of(unit)
+    return _site_keys(found) | _drive_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+
+
+def travel_from(configuration: Configuration, found: Mapping[str, float]) -> dict[str, object]:
+    """Soft limits and park positions that somebody gave the unit, by dotted key, for a configuration's gears."""
+    keys: dict[str, object] = {}
+    for axis, gearing in enumerate(gearings(configuration), start=1):
+        angles = sorted(
+            math.degrees(gearing.angle(found[f"axis{axis}_{side}_limit"] + inwards))
+            for side, inwards in (("negative", -_INWARDS), ("positive", _INWARDS))
+        )
+        if all(abs(angle) <= _WIDEST_DEG for angle in angles):
+            keys |= {f"axis{axis}.min_deg": round(angles[0], 6), f"axis{axis}.max_deg": round(angles[1], 6)}
+            park = math.degrees(gearing.angle(found[f"axis{axis}_park"]))
+            if angles[0] <= park <= angles[1]:
+                keys[f"axis{axis}.park_deg"] = round(park, 6)
+    return keys
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A register that the unit has otherwise than the configuration asks."""
+
+    key: str
+    register: str
+    unit: float
+    configured: float
+    unit_value: object
+    """What the key would be to say the same as the unit; None where it cannot say it."""
+
+
+def differences(configuration: Configuration, found: Mapping[str, float]) -> tuple[Difference, ...]:
+    """Compare the unit's registers with the configuration, defaults included, as the registers would hold both."""
+    values = _site_keys(found) | _drive_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+    values |= {
+        f"axis{axis}.park_deg": round(math.degrees(gearing.angle(found[f"axis{axis}_park"])), 6)
+        for axis, gearing in enumerate(gearings(configuration), start=1)
+    }
+    rows = []
+    for key in _KEYS:
+        row, wanted = by_name(key.register), key.to_register(configuration)
+        if row.encode(found[key.register]) != row.encode(wanted):
+            held = row.decode(row.encode(wanted))
+            rows.append(Difference(key.dotted, key.register, found[key.register], held, values.get(key.dotted)))
+    return tuple(rows)
 
 
 @dataclass(frozen=True)
@@ -139,6 +199,7 @@ def _axis_keys_of(i: int) -> Sequence[_Key]:
         return _Key(f"axis{i + 1}.{name}", f"axis{i + 1}_{register}", value)
 
     return (
+        key("drive_type", "drive_type", lambda c: _DRIVE_CODES[c.axes[i].drive_type]),
         key("motor_steps", "motor_steps", lambda c: c.axes[i].motor_steps),
         key("main_gear", "main_gear_multiplier", lambda c: c.axes[i].main_gear.numerator),
         key("main_gear", "main_gear_divisor", lambda c: c.axes[i].main_gear.denominator),
@@ -184,6 +245,20 @@ def _site_keys(found: Mapping[str, float]) -> dict[str, object]:
     return keys
 
 
+def _drive_keys(found: Mapping[str, float]) -> dict[str, object]:
+    keys: dict[str, object] = {}
+    for name in ("joystick_mode", "autoguider_mode"):
+        mode = int(found[name])
+        if mode & _LOGARITHMIC:
+            keys[f"drive.{name}"] = _LOGARITHMIC
+        elif mode & 0x3F <= _MOST_SHIFT:
+            keys[f"drive.{name}"] = mode & 0x3F
+    start, stop = found["fan_start_temperature"], found["fan_stop_temperature"]
+    if stop <= start and (start or stop):
+        keys |= {"drive.fan_start_c": start, "drive.fan_stop_c": stop}
+    return keys
+
+
 def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
     def of(name: str) -> int:
         return int(found[f"axis{axis}_{name}"])
@@ -206,7 +281,9 @@ def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
             for multiplier, divisor in gears.values():
                 step *= Fraction(multiplier, divisor)
             per_count = float(step) / {"gecko": 10, "ims": 16}[kind]
-            keys["max_speed_deg_s"] = found[f"axis{axis}_max_speed"] * COUNTS_PER_SECOND * per_count
+            speed = found[f"axis{axis}_max_speed"] * COUNTS_PER_SECOND * per_count
+            if 0.0 < speed <= _FASTEST_DEG_S:  # a unit as the factory made it knows no gears
+                keys["max_speed_deg_s"] = math.ceil(speed * 1e6) / 1e6  # the register rounds down
     return {f"axis{axis}.{name}": value for name, value in keys.items()}
 
 

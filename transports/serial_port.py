@@ -62,6 +62,10 @@ class SerialLink:
         """The address, as `serial://port?baud=rate`."""
         return self._name
 
+    def fileno(self) -> int:
+        """The descriptor of the port, where the system has one; −1 when closed."""
+        return int(self._port.fileno()) if self._port.is_open else -1
+
     def write(self, data: bytes) -> float:
         """Send all of `data`; return the time at which its last byte left.
 

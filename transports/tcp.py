@@ -55,6 +55,10 @@ class TcpLink:
         """The address, as `tcp://host:port`."""
         return self._name
 
+    def fileno(self) -> int:
+        """The descriptor of the connection; −1 when closed."""
+        return self._socket.fileno()
+
     def write(self, data: bytes) -> float:
         """Send all of `data`; return the time at which it was handed to the network."""
         try:

@@ -8,11 +8,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from clockdrive.errors import ConfigurationError, InputError, Refused
-
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
 from clockdrive.cli.commission_command import commission
+from clockdrive.cli.drive_command import drive
+from clockdrive.configuration_keys import DRIVE_KINDS
+from clockdrive.errors import ConfigurationError, InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
 
@@ -124,27 +125,11 @@ def run(args: argparse.Namespace) -> None:
             time.sleep(3600.0)
 
 
-def drive(args: argparse.Namespace) -> None:
-    """Show the registers, or switch the motors' power."""
-    if (args.action == "power") != (args.state is not None):
-        raise InputError("use `drive show`, `drive power on` or `drive power standby`")
-    with backend(args.config, f"drive {args.action}", keep_tracking=args.state != "standby") as telescope:
-        if args.action == "power":
-            _show(args, telescope.call("power", on=args.state == "on"), lambda answer: f"power: {args.state}")  # noqa: ARG005 - no more
-        else:
-            _show(
-                args,
-                telescope.call("registers"),
-                lambda found: "\n".join(f"{name:32} {value}" for name, value in found["registers"].items()),
-            )
-
-
 def simulate(args: argparse.Namespace) -> None:
     """Host a simulator until interrupted."""
+    from clockdrive import simulators  # noqa: PLC0415 - only here
     from clockdrive.clock import SystemClock  # noqa: PLC0415 - likewise
     from transports.serve import serve  # noqa: PLC0415 - likewise
-
-    from clockdrive import simulators  # noqa: PLC0415 - only here
 
     configuration = configuration_of(args.config)
     clock = SystemClock()
@@ -174,7 +159,15 @@ def init(args: argparse.Namespace) -> None:
     """Print a commented configuration."""
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
-    text = commented_template(args.kind, args.mount)
+    if args.unit is not None:
+        from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
+        from clockdrive.first_configuration import commented_from  # noqa: PLC0415 - likewise
+
+        text = commented_from(args.unit, SystemClock())
+    elif args.kind is None:
+        raise InputError(f"init: say which drive, {', '.join(DRIVE_KINDS)}, or --from its link")
+    else:
+        text = commented_template(args.kind, args.mount)
     _show(args, {"ok": True, "toml": text}, lambda found: found["toml"].rstrip("\n"))
 
 

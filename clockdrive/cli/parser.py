@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Callable
 from importlib import metadata
 
-from clockdrive.configuration_keys import DRIVE_KINDS
-
 from clockdrive.cli.commission_command import add_commission
+from clockdrive.cli.drive_command import add_drive
+from clockdrive.configuration_keys import DRIVE_KINDS
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
@@ -77,9 +77,7 @@ def _serving(add: Adder) -> None:
     status = add("status", "everything that is known now")
     status.add_argument("--watch", action="store_true", help="every second until Ctrl-C")
     add("run", "own the telescope in the foreground, for a service manager; other commands attach")
-    drive = add("drive", "the drive's own registers and power")
-    drive.add_argument("action", choices=("show", "power"))
-    drive.add_argument("state", nargs="?", choices=("on", "standby"))
+    add_drive(add)
     add_commission(add)
     simulate = add("simulate", "host a drive simulator")
     simulate.add_argument("kind", choices=("tc410",))
@@ -92,7 +90,8 @@ def _around(add: Adder) -> None:
     config = add("config", "check a configuration")
     config.add_argument("action", choices=("check",))
     init = add("init", "write a commented configuration to stdout")
-    init.add_argument("kind", choices=DRIVE_KINDS)
+    init.add_argument("kind", nargs="?", choices=DRIVE_KINDS)
+    init.add_argument("--from", dest="unit", metavar="LINK", help="read a TC410's own registers at this link")
     init.add_argument("--mount", choices=("equatorial-fork", "german", "altaz-fork"), help="for which mount type")
     add("header", "FITS cards for an image taken now")
     report = add("report", "one zip file with what is needed to help")

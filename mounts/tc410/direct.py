@@ -54,6 +54,8 @@ class DirectSpeed:
         self._unit = unit
         self._guardian = guardian
         self.armed = False
+        self.velocities: list[tuple[int, ...]] | None = None
+        """What the unit was last told and acknowledged; None when that is not known."""
 
     @property
     def fate(self) -> str:
@@ -82,6 +84,7 @@ class DirectSpeed:
 
     def end(self) -> None:
         """Let the guardian go; the axes have been stopped."""
+        self.velocities = None
         if not self.armed or self._guardian is None:
             return
         self.armed = False

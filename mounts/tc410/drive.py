@@ -553,8 +553,11 @@ class TC410:
         if self._direct.fate:
             raise DriveRefused(f"direct speed control was ended: {self._direct.fate}")
         self._landing = self._tracked = None
-        for axis, words in zip(_AXES, velocities, strict=True):
-            self._unit.write_words(f"axis{axis}_target_velocity", words)
+        if velocities != self._direct.velocities:
+            self._direct.velocities = None  # until both are acknowledged
+            for axis, words in zip(_AXES, velocities, strict=True):
+                self._unit.write_words(f"axis{axis}_target_velocity", words)
+            self._direct.velocities = velocities
         if not self._control & _REMOTE or self._control & _TRACK:
             self._write_control(self._control & ~(_SLEW | _TRACK) | _REMOTE)
 

@@ -27,6 +27,7 @@ COUNTS_PER_SECOND = 20000.0 / 2**24  # one unit of velocity, in counts per secon
 MOUNT_TYPES: Mapping[int, str] = MappingProxyType(
     {0: "unknown", 1: "equatorial fork", 2: "altazimuth fork", 3: "German"},
 )
+MICROSTEPS: Mapping[int, int] = MappingProxyType({1: 10, 2: 16})  # counts a full step, by drive type
 DRIVE_TYPES: Mapping[int, str] = MappingProxyType({0: "none", 1: "Gecko", 2: "IMS"})
 
 

@@ -1,8 +1,8 @@
 """What is found out and made safe when a TC410 is connected, before anything may move."""
 
 from mounts.errors import DriveRefused, WrongProtocol
-from mounts.tc410.registers import PositionFormat, RegisterError, by_name, of_axis
-from mounts.tc410.settings import PositionFormatChoice, TC410Settings
+from mounts.tc410.registers import DRIVE_TYPES, MICROSTEPS, PositionFormat, RegisterError, by_name, of_axis
+from mounts.tc410.settings import AxisSettings, PositionFormatChoice, TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
 from mounts.tc410.unit import Unit
 from transports.errors import ExceptionReply, NoAnswer, WrongAnswer
@@ -62,7 +62,13 @@ def find_position_format(unit: Unit, chosen: PositionFormatChoice) -> PositionFo
 
 
 def read_models(unit: Unit, settings: TC410Settings) -> tuple[tuple[Tc410SlewModel, Tc410SlewModel], list[str]]:
-    """Read how the unit moves, and list what differs from the configuration."""
+    """Read how the unit moves, and list what differs from the configuration.
+
+    Raises
+    ------
+    DriveRefused
+        Its counts are other parts of a motor step than those of the configuration.
+    """
     models: list[Tc410SlewModel] = []
     notes: list[str] = []
     for axis, expected in zip((1, 2), settings.axes, strict=True):
@@ -78,6 +84,7 @@ def read_models(unit: Unit, settings: TC410Settings) -> tuple[tuple[Tc410SlewMod
                 max_velocity=int(found[f"axis{axis}_max_speed"]),
             )
         )
+        _refuse_other_microsteps(axis, int(found[f"axis{axis}_drive_type"]), expected)
         wanted = [(f"axis{axis}_{name}", value) for name, value in expected.expected]
         notes += _differences(found, wanted)
     if settings.expected:
@@ -88,6 +95,15 @@ def read_models(unit: Unit, settings: TC410Settings) -> tuple[tuple[Tc410SlewMod
         }
         notes += _differences(general, list(settings.expected))
     return (models[0], models[1]), notes
+
+
+def _refuse_other_microsteps(axis: int, kind: int, settings: AxisSettings) -> None:
+    if kind in MICROSTEPS and MICROSTEPS[kind] != settings.counts_per_step:
+        raise DriveRefused(
+            f"axis {axis}: the unit has a drive of type {DRIVE_TYPES[kind]}, {MICROSTEPS[kind]} counts a full step, "
+            f"the configuration counts {settings.counts_per_step}: every angle would be wrong by their ratio; "
+            f'set [axis{axis}] drive_type = "{DRIVE_TYPES[kind].lower()}"'
+        )
 
 
 def _differences(found: dict[str, float], expected: list[tuple[str, float]]) -> list[str]:

@@ -1,0 +1,177 @@
+"""`clockdrive drive`: the drive's own registers, its power, and its axes at a speed."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from clockdrive.cli import display
+from clockdrive.cli.backend import Backend, backend
+from clockdrive.errors import InputError
+
+Adder = Callable[[str, str], argparse.ArgumentParser]
+_NAME = "a register's name as `drive show` has it; without its axis it means both"
+
+
+def add_drive(add: Adder) -> None:
+    """Add the grammar of `drive`."""
+    drive = add("drive", "the drive's own registers, power and speed")
+    actions = drive.add_subparsers(dest="action", metavar="ACTION", required=True)
+
+    def action(name: str, text: str) -> argparse.ArgumentParser:
+        made = actions.add_parser(name, help=text, description=text, allow_abbrev=False)
+        made.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
+        return made
+
+    show = action("show", "registers with values, units and flags; all without a NAME")
+    show.add_argument("names", nargs="*", metavar="NAME", help=_NAME)
+    change = action("set", "write one register and read it back")
+    change.add_argument("name", metavar="NAME", help="a register's name as `drive show` has it")
+    change.add_argument("value", metavar="VALUE", help="in the register's unit, 0x…, or names of flags")
+    change.add_argument("--force", action="store_true", help="what another command should rather do")
+    action("diff", "what the unit has otherwise than the configuration")
+    action("pull", "write what the unit has otherwise into the file of -c, or print it")
+    push = action("push", "write the configuration into the unit: the keys named, or all that differ; not saved")
+    push.add_argument("keys", nargs="*", metavar="KEY", help="as in `drive diff`, axis1.park_deg")
+    action("save", "have the unit keep its registers over a power-cycle")
+    for name, text in (("factory", "load the factory's registers, unsaved"), ("reload", "load the saved registers")):
+        action(name, f"{text}; the position is unsynchronised afterwards").add_argument(
+            "--yes", action="store_true", help="confirm it"
+        )
+    power = action("power", "power the motors, or send the drive to standby")
+    power.add_argument("state", choices=("on", "standby"))
+    action("encoders", "what the absolute encoders read, and where they say the axes are")
+    speed = action("speed", "move both axes at speeds for a time, beside a dead-man process")
+    for axis in (1, 2):
+        speed.add_argument(f"deg_s_{axis}", type=float, metavar=f"D{axis}", help=f"axis {axis}, degrees a second")
+    speed.add_argument("--for", dest="duration", metavar="TIME", required=True, help="for how long")
+
+
+def drive(args: argparse.Namespace) -> None:
+    """Do one action on the drive."""
+    keep_tracking = args.action in {"show", "diff", "pull", "encoders"}
+    with backend(args.config, f"drive {args.action}", keep_tracking=keep_tracking) as telescope:
+        answer = _ACTIONS[args.action](telescope, args)
+    if args.json:
+        display.as_json(answer)
+    else:
+        print(_TEXTS.get(args.action, _note)(answer), flush=True)
+
+
+def _pull(telescope: Backend, args: argparse.Namespace) -> dict[str, Any]:
+    """Take the unit's values into the file, or answer with its lines where there is no file."""
+    from clockdrive import configuration_edit  # noqa: PLC0415 - only here
+
+    found = telescope.call("drive_diff")["differences"]
+    changes = {row["key"]: row["unit_value"] for row in found if row["unit_value"] is not None}
+    left = sorted({row["register"] for row in found if row["unit_value"] is None})
+    if changes and args.config is not None:
+        configuration_edit.change(Path(args.config), changes)
+    lines = configuration_edit.lines(changes)
+    return {"ok": True, "file": args.config, "changed": changes, "toml": lines, "not_expressible": left}
+
+
+def _power(telescope: Backend, args: argparse.Namespace) -> dict[str, Any]:
+    return telescope.call("power", on=args.state == "on") | {"note": f"power: {args.state}"}
+
+
+def _speed(telescope: Backend, args: argparse.Namespace) -> dict[str, Any]:
+    from clockdrive import parse  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+
+    seconds = parse.duration(args.duration)
+    with display.progress_bar(quiet=args.json) as show:
+        return telescope.call("drive_at", show, deg_s=[args.deg_s_1, args.deg_s_2], seconds=seconds)
+
+
+_ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
+    "diff": lambda telescope, _: telescope.call("drive_diff"),
+    "encoders": lambda telescope, _: telescope.call("drive_encoders"),
+    "factory": lambda telescope, args: _confirmed(telescope, "drive_factory", args),
+    "power": _power,
+    "pull": _pull,
+    "push": lambda telescope, args: telescope.call("drive_push", keys=list(args.keys)),
+    "reload": lambda telescope, args: _confirmed(telescope, "drive_reload", args),
+    "save": lambda telescope, _: telescope.call("drive_save"),
+    "set": lambda telescope, args: telescope.call(
+        "drive_set", register=args.name, value=args.value, force=args.force
+    ),
+    "show": lambda telescope, args: telescope.call("drive_show", registers=list(args.names)),
+    "speed": _speed,
+}
+
+
+def _confirmed(telescope: Backend, call: str, args: argparse.Namespace) -> dict[str, Any]:
+    if not args.yes:
+        raise InputError(
+            f"`drive {args.action}` changes all registers and leaves the position unsynchronised until `sync`: "
+            "confirm it with --yes"
+        )
+    return telescope.call(call, confirmed=True)
+
+
+def _registers_text(found: Mapping[str, Any]) -> str:
+    groups: dict[str, list[str]] = {}
+    for name, row in found["registers"].items():
+        raw = " ".join(f"0x{word:04X}" for word in row["raw"])
+        groups.setdefault(row["group"], []).append(f"  {name:32} {row['text']:44} {raw}")
+    return "\n".join("\n".join((group, *rows)) for group, rows in groups.items())
+
+
+def _set_text(found: Mapping[str, Any]) -> str:
+    lines = [f"{name}: {row['text']} (was {found['before']})" for name, row in found["registers"].items()]
+    return "\n".join((*lines, *filter(None, [found["note"]])))
+
+
+def _diff_text(found: Mapping[str, Any]) -> str:
+    rows = [
+        f"{row['key']:30} {row['register']:32} unit {row['unit']:.10g}, configured {row['configured']:.10g} "
+        f"{row['units']}".rstrip()
+        for row in found["differences"]
+    ]
+    return "\n".join(rows) or "the unit agrees with the configuration"
+
+
+def _pull_text(found: Mapping[str, Any]) -> str:
+    if not found["changed"] and not found["not_expressible"]:
+        return "the unit agrees with the configuration; nothing was changed"
+    lines = [found["toml"] if found["file"] is None else f"{found['file']}: changed\n{found['toml']}"]
+    lines += [f"# {name}: the unit's value has no key of its own" for name in found["not_expressible"]]
+    return "\n".join(lines)
+
+
+def _push_text(found: Mapping[str, Any]) -> str:
+    rows = [f"{name}: {row['text']}" for name, row in found["registers"].items()]
+    return (
+        "\n".join((*rows, found["note"])) if rows else "the unit agrees with the configuration; nothing was written"
+    )
+
+
+def _encoders_text(found: Mapping[str, Any]) -> str:
+    return "\n".join(_encoder_text(row) for row in found["encoders"])
+
+
+def _encoder_text(row: Mapping[str, Any]) -> str:
+    seen = "detected" if row["detected"] else "not detected"
+    text = f"axis {row['axis']}: {seen}, 0x{row['gray']:04X} Gray, {row['binary']} binary, {row['angle_deg']:.4f}°"
+    if not row["bits"]:
+        return f"{text}; not configured (encoder_bits = 0)"
+    if row["fault"]:
+        return f"{text}\n  {row['fault']}"
+    return (
+        f"{text}; {row['bits']} bits, position {row['counts']:.0f} ±{row['uncertainty_arcsec']:.0f}″, "
+        f"{row['off_arcsec']:+.0f}″ from the drive's ({row['belief']})"
+    )
+
+
+def _note(found: Mapping[str, Any]) -> str:
+    return str(found["note"])
+
+
+_TEXTS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    "diff": _diff_text,
+    "encoders": _encoders_text,
+    "pull": _pull_text,
+    "push": _push_text,
+    "set": _set_text,
+    "show": _registers_text,
+}

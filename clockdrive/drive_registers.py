@@ -1,0 +1,268 @@
+"""The drive's own registers in a person's hands: look, change, compare with the configuration, save, load.
+
+Registers are changed only while the telescope is at rest. What was changed is lost with the power until it is saved.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+
+from clockdrive.answers import Answer
+from clockdrive.configuration import Configuration
+from clockdrive.control import Control
+from clockdrive.errors import InputError, Refused
+from clockdrive.session import Session
+from clockdrive.tc410_assembly import Difference, differences, registers, registers_of, registers_of_key
+from mounts.tc410.encoders import Encoders, fault, read_encoder
+from mounts.tc410.registers import Register, RegisterError, by_name
+from mounts.tc410.unit import Unit
+from mounts.tc410.upkeep import Shown, Upkeep
+
+if TYPE_CHECKING:
+    from clockdrive.telescope import Telescope
+
+_AT_REST = frozenset({"idle", "parked"})
+_NOT_SAVED = "not saved: `drive save` keeps it over a power-cycle"
+_CONFIRM = "all registers are loaded anew and the position is unsynchronised until `sync`: confirm it with --yes"
+
+Call = Callable[[dict[str, Any], object], object]
+T = TypeVar("T")
+
+
+@runtime_checkable
+class HasRegisters(Protocol):
+    """A drive whose registers a person may look at and change."""
+
+    upkeep: Upkeep
+    encoders: Encoders
+
+    @property
+    def unit(self) -> Unit:
+        """The registers."""
+        ...
+
+
+class DriveRegisters:
+    """The registers of a telescope's drive.
+
+    Parameters
+    ----------
+    session : Session
+        Whose drive it is.
+    configuration : Configuration
+        What the registers are compared with.
+    control : Control
+        Where the work is done.
+    """
+
+    def __init__(self, session: Session, configuration: Configuration, control: Control) -> None:
+        self._session = session
+        self._configuration = configuration
+        self._control = control
+
+    def show(self, *names: str) -> Answer:
+        """Return the registers named, all without a name; ``show("park")`` means both axes.
+
+        Raises
+        ------
+        Refused, DriveError
+            This drive has none, or none of this name.
+        """
+        return self._control.call(lambda: Answer({"ok": True, "registers": _rows(self._drive.upkeep.show(names))}))
+
+    def set(self, name: str, value: float | str, *, force: bool = False) -> Answer:
+        """Write one register and read it back; flags also by their names, ``"joystick, tracking"``.
+
+        Raises
+        ------
+        Refused, DriveError
+            Not now, not this register, not this value, or not without `force`.
+        """
+        row = by_name(name)
+        number = _value(row, value) if isinstance(value, str) else value
+
+        def work() -> Answer:
+            before = None if row.access != "read-write" else self._drive.upkeep.show([name])[0]
+            found = self._changing(lambda: self._drive.upkeep.write(name, number, force=force))
+            self._session.note("drive", f"{name} set to {found.text}")
+            note = _NOT_SAVED if row.saved else ""
+            was = "" if before is None else before.text
+            return Answer({"ok": True, "registers": _rows((found,)), "before": was, "note": note})
+
+        return self._control.call(work)
+
+    def diff(self) -> Answer:
+        """Return the registers that the unit has otherwise than the configuration, with both values."""
+        return self._control.call(
+            lambda: Answer({"ok": True, "differences": [_told(d) for d in self._differences()]})
+        )
+
+    def push(self, *keys: str) -> Answer:
+        """Write what the configuration says into the unit: the keys or registers named, else all that differ.
+
+        Raises
+        ------
+        InputError, Refused, DriveError
+            It is no such key, or as for `set`; what was written before stays written.
+        """
+        unknown = [key for key in keys if not registers_of_key(key)]
+        if unknown:
+            raise InputError(f"{unknown[0]} is no key that the drive keeps; `drive diff` lists those that differ")
+        return self._control.call(lambda: self._push(keys))
+
+    def _push(self, keys: Sequence[str]) -> Answer:
+        names = [name for key in keys for name in registers_of_key(key)]
+        names = names or [found.register for found in self._differences()]
+        wanted = registers(self._configuration)
+        written = self._changing(lambda: [self._drive.upkeep.write(name, wanted[name], force=True) for name in names])
+        if written:
+            self._session.note("drive", f"{len(written)} register(s) written from the configuration")
+        return Answer({"ok": True, "registers": _rows(written), "note": _NOT_SAVED if written else ""})
+
+    def save(self) -> Answer:
+        """Have the unit keep its configuration over a power-cycle."""
+        return self._act("save_configuration", "the drive has saved its configuration")
+
+    def factory(self, *, confirmed: bool) -> Answer:
+        """Have the unit load its factory configuration, unsaved; the position is unsynchronised afterwards.
+
+        Raises
+        ------
+        InputError
+            It was not confirmed.
+        """
+        return self._act("load_factory", "the factory configuration is loaded, not saved", confirmed=confirmed)
+
+    def reload(self, *, confirmed: bool) -> Answer:
+        """Have the unit load its saved configuration; the position is unsynchronised afterwards.
+
+        Raises
+        ------
+        InputError
+            It was not confirmed.
+        """
+        return self._act("load_configuration", "the saved configuration is loaded", confirmed=confirmed)
+
+    def encoders(self) -> Answer:
+        """Return what the absolute encoders read, and where they say the axes are."""
+        return self._control.call(lambda: Answer({"ok": True, "encoders": [self._encoder(axis) for axis in (1, 2)]}))
+
+    def _encoder(self, axis: int) -> dict[str, Any]:
+        drive = self._drive
+        reading, encoder = read_encoder(drive.unit, axis), drive.encoders.configured[axis - 1]
+        shown = {
+            "axis": axis,
+            "detected": reading.detected,
+            "gray": reading.gray,
+            "binary": reading.binary,
+            "angle_deg": reading.degrees,
+            "bits": encoder.bits if encoder else 0,
+        }
+        if encoder is None or self._session.reading is None:
+            return shown
+        counts = self._session.reading.axes[axis - 1].counts
+        arcsec = encoder.uncertainty_arcsec / encoder.uncertainty_counts
+        return shown | {
+            "belief": drive.encoders.as_json()[axis - 1],
+            "counts": encoder.counts(reading.binary, counts),
+            "uncertainty_arcsec": encoder.uncertainty_arcsec,
+            "off_arcsec": (encoder.counts(reading.binary, counts) - counts) * arcsec,
+            "fault": fault(axis, encoder, reading),
+        }
+
+    def _act(self, action: str, done: str, *, confirmed: bool = True) -> Answer:
+        if not confirmed:
+            raise InputError(_CONFIRM)
+
+        def work() -> Answer:
+            self._changing(lambda: self._drive.upkeep.act(action))
+            self._session.note("drive", done)
+            return Answer({"ok": True, "note": done})
+
+        return self._control.call(work)
+
+    def _changing(self, work: Callable[[], T]) -> T:
+        """Change something at rest, and see at once what the unit says afterwards."""
+        session = self._session
+        session.require_free(parked=True)
+        if session.doing not in _AT_REST:
+            raise Refused(f"the telescope is {session.doing}; registers are changed at rest only: `stop` first")
+        try:
+            return work()
+        finally:
+            session.poll()
+
+    def _differences(self) -> tuple[Difference, ...]:
+        return differences(self._configuration, registers_of(self._drive.unit))
+
+    @property
+    def _drive(self) -> HasRegisters:
+        drive = self._session.drive
+        if not isinstance(drive, HasRegisters):
+            raise Refused(f"a drive of kind {self._configuration.drive.kind} has no registers; `status` shows all")
+        return drive
+
+
+def drive_calls(telescope: "Telescope") -> dict[str, Call]:
+    """The calls that the doors offer, by name."""
+    drive = telescope.drive
+    return {
+        "drive_diff": lambda _args, _: drive.diff().json,
+        "drive_encoders": lambda _args, _: drive.encoders().json,
+        "drive_factory": lambda args, _: drive.factory(confirmed=bool(args.get("confirmed"))).json,
+        "drive_push": lambda args, _: drive.push(*args.get("keys", ())).json,
+        "drive_reload": lambda args, _: drive.reload(confirmed=bool(args.get("confirmed"))).json,
+        "drive_save": lambda _args, _: drive.save().json,
+        "drive_set": lambda args, _: drive.set(args["register"], args["value"], force=bool(args.get("force"))).json,
+        "drive_show": lambda args, _: drive.show(*args.get("registers", ())).json,
+    }
+
+
+def _rows(shown: Sequence[Shown]) -> dict[str, Mapping[str, Any]]:
+    return {
+        each.register.name: {
+            "group": each.group,
+            "kind": each.register.kind,
+            "address": each.register.address,
+            "value": each.value,
+            "unit": each.register.unit,
+            "text": each.text,
+            "flags": list(each.flags),
+            "raw": list(each.raw),
+            "access": each.register.access,
+            "saved": each.register.saved,
+            "meaning": each.register.meaning,
+        }
+        for each in shown
+    }
+
+
+def _told(found: Difference) -> dict[str, Any]:
+    return {
+        "key": found.key,
+        "register": found.register,
+        "unit": found.unit,
+        "configured": found.configured,
+        "units": by_name(found.register).unit,
+        "unit_value": found.unit_value,
+    }
+
+
+def _value(row: Register, text: str) -> float:
+    """The value that a person wrote: a number, 0x… for a whole one, or the names of flags.
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    words = text.replace("−", "-").strip()
+    try:
+        return float(int(words, 0)) if words.lower().startswith(("0x", "-0x")) else float(words)
+    except ValueError:
+        if not row.flags:
+            raise InputError(f"{row.name} = {text!r}: give a number in {row.unit or 'its unit'}, or 0x…") from None
+    names = [name.strip() for name in words.replace("+", ",").split(",")]
+    try:
+        return float(row.mask(*(name for name in names if name and name != "none")))
+    except RegisterError as error:
+        raise InputError(str(error)) from None

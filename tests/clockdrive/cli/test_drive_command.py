@@ -1,0 +1,244 @@
+"""The drive's registers on the command line: all of the manual's, each seen, each writable one written and restored.
+
+The manual's own tables are the oracle: addresses and descriptions are taken from its text.
+"""
+
+import json
+import re
+from contextlib import contextmanager
+
+import pytest
+
+from clockdrive import simulators
+from clockdrive.cli.main import main
+from clockdrive.clock import SystemClock
+from clockdrive.configuration import load
+from mounts.tc410.registers import REGISTERS, at
+from mounts.tc410.upkeep import ACTIONS
+from transports.serve import serve
+
+KINDS = {"Coil": "coil", "Discrete": "discrete", "Input": "input", "Holding": "holding"}
+
+
+def manual_rows(text):
+    """(table, kind, address, description) of Tables 17 to 31; a table stands above its caption."""
+    rows, waiting = [], []
+    for line in text[text.index("### 4.8. Modbus registers") :].splitlines():
+        if found := re.match(r"0x([0-9A-F]{4})\t(.*)", line):
+            waiting.append((int(found[1], 16), found[2].strip()))
+        elif found := re.match(r"\*?Table (\d+): Modbus (\w+)", line):
+            rows += [(int(found[1]), KINDS[found[2]], *row) for row in waiting]
+            waiting = []
+    assert not waiting
+    return rows
+
+
+@pytest.fixture
+def manual(shared):
+    return manual_rows((shared / "manuals" / "000_tc410.txt").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def run(capsys, tmp_path):
+    """Run a command of the telescope hosted over TCP; return its answer, or its refusal."""
+    with hosted(tmp_path) as (config, device):
+
+        def do(*words, ok=True):
+            code = main(["-c", str(config), *words, "--json"])
+            answer = json.loads(capsys.readouterr().out.splitlines()[-1])
+            assert (code == 0) is ok, answer
+            assert answer["ok"] is ok
+            return answer
+
+        do.device, do.config = device, config
+        yield do
+
+
+@contextmanager
+def hosted(folder, **more):
+    configuration = load(None, {}, {"limits.sun_avoidance_deg": 0.0, **more})
+    clock = SystemClock()
+    device = simulators.tc410(configuration, clock.now(), None)
+    with serve(device, clock, "tcp://127.0.0.1:0") as server:
+        path = folder / "telescope.toml"
+        path.write_text(
+            "# my telescope\n[site]\nlatitude_deg = -42.4  # south\nlongitude_deg = 173.7\nheight_m = 30.0\n"
+            f'[drive]\nkind = "tc410"\nlink = "{server.address}"  # loopback\n'
+            "[limits]\nsun_avoidance_deg = 0.0\nhorizon_deg = -5.0\n"
+            f'[state]\npath = "{(folder / "state").as_posix()}"\n'
+            "[axis1]\nacceleration_register = 26   # from the maker\n# park_deg = 0.0\n",
+            encoding="utf-8",
+        )
+        yield path, device
+
+
+def test_every_row_of_the_manuals_tables_is_in_the_register_table_and_in_drive_show(manual, run):
+    assert {row[0] for row in manual} == set(range(17, 32))
+    print(f"{len(manual)} rows in Tables 17 to 31")
+    shown = run("drive", "show")["registers"]
+    for table, kind, address, description in manual:
+        if description == "Reserved":
+            assert not any(r.kind == kind and r.address <= address < r.address + r.words for r in REGISTERS)
+            continue
+        row = at(kind, address)
+        if table == 31:
+            assert row.access == "write"
+            continue
+        found = shown[row.name]
+        assert found["kind"] == kind
+        assert found["address"] <= address < found["address"] + len(found["raw"])
+        axis = re.match(r"Axis (\d)", description)
+        if axis and kind == "discrete":
+            assert row.name.startswith(f"axis{axis[1]}_")
+        for word in ("hard", "soft", "positive", "negative", "joystick", "tracking", "encoder"):
+            if re.search(rf"\b{word}\b", description, re.IGNORECASE) and kind == "discrete":
+                assert word in row.name
+    addresses = {(kind, address) for _, kind, address, description in manual if description != "Reserved"}
+    ours = {(row.kind, row.address + word) for row in REGISTERS for word in range(row.words)}
+    assert ours == addresses
+
+
+def test_every_writable_register_is_written_read_back_and_restored(manual, run):
+    writable = {at(kind, address).name for table, kind, address, text in manual
+                if kind == "holding" and table != 31 and text != "Reserved"}  # fmt: skip
+    before = run("drive", "show")["registers"]
+    tried = 0
+    for name in sorted(writable):
+        was = before[name]["value"]
+        if name == "velocity_control":
+            other = 0x38
+        elif was >= 1.0 + before[name]["value"] * 0.5 and name.endswith("_limit"):
+            other = was - 0x100
+        else:
+            other = {"motor_current": 1.5, "fan_start": was + 1.5, "fan_stop": was - 1.5}.get(
+                name.removeprefix("axis1_").removeprefix("axis2_").removesuffix("_temperature"),
+                was + 0x100 if was + 0x100 <= 0xFFFF00 and ("speed" in name or "park" in name or "limit" in name)
+                else was - 0x100 if ("speed" in name or "park" in name or "limit" in name) else was + 1,
+            )  # fmt: skip
+        row = run("drive", "set", name, str(other), "--force")["registers"][name]
+        assert row["value"] == pytest.approx(other), name
+        if not name.endswith("_limit"):  # which every connection writes as configured
+            assert run("drive", "show", name)["registers"][name]["raw"] == row["raw"]
+        restored = run("drive", "set", name, str(was), "--force")["registers"][name]
+        assert restored["value"] == pytest.approx(was), name
+        tried += 1
+    print(f"{tried} registers written, read back and restored")
+    assert tried == sum(row.access == "read-write" and row.kind == "holding" for row in REGISTERS)
+    after = run("drive", "show")["registers"]
+    changed = [name for name in before if after[name]["raw"] != before[name]["raw"] and before[name]["saved"]]
+    assert changed == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "remedy"),
+    [
+        ("axis1_position", "8388608", "`sync TARGET`"),
+        ("axis2_target_position", "8388608", "`goto`"),
+        ("axis1_target_velocity", "1000", "`drive speed`"),
+        ("velocity_control", "0x38", "`goto`"),
+        ("power", "0", "`drive power standby`"),
+        ("axis1_positive_limit", "9000000", "max_deg"),
+        ("all_stop", "1", "`stop`"),
+        ("load_factory", "1", "`drive factory --yes`"),
+        ("axis1_encoder", "1", "`drive show`"),
+        ("axis1_motor_current", "6", "outside 1 to 5 A"),
+        ("fan_start_temperature", "4000", "outside -3276.8 to 3276.7"),
+        ("nonsense", "1", "no register"),
+    ],
+)
+def test_what_would_move_or_mislead_is_refused_with_the_command_that_does_it(name, value, remedy, run):
+    before = dict(run.device.memory._words)
+    assert remedy in run("drive", "set", name, value, ok=False)["reason"]
+    after = {address: word for address, word in run.device.memory._words.items() if before[address] != word}
+    of_a_connection = {0x12, 0x13, 0x32, 0x33, 0x50, 0x51, 0x52, 0x53, 0x60, 0x61, 0x62, 0x63}  # limits, boot cookie
+    assert not set(after) - of_a_connection
+
+
+def test_the_bits_that_move_the_telescope_are_not_set_by_hand_even_with_force(run):
+    reason = run("drive", "set", "velocity_control", "remote_control", "--force", ok=False)["reason"]
+    assert "remote_control would change" in reason
+    row = run("drive", "set", "velocity_control", "joystick, digital_autoguider", "--force")["registers"]
+    assert row["velocity_control"]["flags"] == ["joystick", "digital_autoguider"]
+
+
+def test_more_current_than_an_ims_drive_gives_is_refused(capsys, tmp_path):
+    with hosted(tmp_path, **{"axis1.drive_type": "ims"}) as (config, _):
+        assert main(["-c", str(config), "drive", "set", "axis1_motor_current", "3.5", "--json"]) == 1
+        assert "allowed 1 to 3 A with the drive type IMS" in json.loads(capsys.readouterr().out)["reason"]
+
+
+def test_diff_pull_and_push_join_file_and_unit(run):
+    assert run("drive", "diff")["differences"] == []
+    run("drive", "set", "axis1_acceleration", "31")
+    run("drive", "set", "axis2_main_gear_divisor", "288")
+    run("drive", "set", "axis1_park", str(0x800000 + 0x2000))
+    (row,) = [d for d in run("drive", "diff")["differences"] if d["register"] == "axis1_acceleration"]
+    assert (row["key"], row["unit"], row["configured"]) == ("axis1.acceleration_register", 31.0, 26.0)
+    changed = run("drive", "pull")["changed"]
+    assert changed["axis1.acceleration_register"] == 31
+    text = run.config.read_text(encoding="utf-8")
+    assert "acceleration_register = 31   # from the maker" in text
+    assert "# my telescope" in text
+    assert re.search(r"# park_deg = 0.0\npark_deg = 2\.0", text)
+    assert run("drive", "diff")["differences"] == []
+    run.config.write_text(text.replace("= 31 ", "= 27 "), encoding="utf-8")
+    written = run("drive", "push", "axis1.acceleration_register")["registers"]
+    assert written["axis1_acceleration"]["value"] == 27.0
+    assert run.device.memory.raw("axis1_acceleration") == 27
+    assert "no key that the drive keeps" in run("drive", "push", "site.name", ok=False)["reason"]
+
+
+def test_saved_registers_survive_the_power_and_others_do_not(run):
+    run("drive", "set", "axis1_joystick_centre", "130")
+    run.device.power_cycle()
+    assert run("drive", "show", "joystick_centre")["registers"]["axis1_joystick_centre"]["value"] == 0
+    run("drive", "set", "axis1_joystick_centre", "130")
+    run("drive", "save")
+    run.device.power_cycle()
+    assert run("drive", "show", "joystick_centre")["registers"]["axis1_joystick_centre"]["value"] == 130
+
+
+@pytest.mark.parametrize("action", ["factory", "reload"])
+def test_loading_registers_anew_wants_a_word_and_leaves_no_position(action, run):
+    run("drive", "set", "axis1_joystick_centre", "130")
+    assert "--yes" in run("drive", action, ok=False)["reason"]
+    assert run.device.memory.raw("axis1_joystick_centre") == 130
+    limits = run.device.memory.raw("axis1_negative_limit")
+    run("drive", action, "--yes")
+    assert run.device.memory.raw("axis1_joystick_centre") == 0
+    assert run.device.memory.raw("axis1_negative_limit") == limits  # the host's bound is back at once
+    assert "loaded anew" in run("status")["unsynchronised_because"]
+
+
+def test_standby_and_power_are_switched(run):
+    run("drive", "power", "standby")
+    assert not run.device.powered
+    run("drive", "power", "on")
+    assert run.device.powered
+
+
+def test_an_unconfigured_encoder_is_shown_as_it_reads(run):
+    one, two = run("drive", "encoders")["encoders"]
+    assert (one["axis"], one["detected"], one["bits"], two["axis"]) == (1, False, 0, 2)
+
+
+def test_init_writes_the_units_registers_as_a_configuration(run, capsys, tmp_path):
+    run("drive", "set", "axis2_main_gear_divisor", "288")
+    run("drive", "set", "fan_start_temperature", "41.5")
+    link = load(run.config).drive.link
+    assert main(["init", "--from", link, "--json"]) == 0
+    text = json.loads(capsys.readouterr().out)["toml"]
+    path = tmp_path / "made.toml"
+    path.write_text(text, encoding="utf-8")
+    made = load(path)
+    assert made.axes[1].main_gear.denominator == 288
+    assert made.drive.fan_start_c == 41.5
+    assert made.drive.link == link
+    path.write_text(text + f'[state]\npath = "{(tmp_path / "other").as_posix()}"\n'
+                    if "\n[state]" not in text else text, encoding="utf-8")  # fmt: skip
+    assert main(["-c", str(path), "drive", "diff", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["differences"] == []
+
+
+def test_actions_have_their_commands():
+    assert set(ACTIONS) == {row.name for row in REGISTERS if row.access == "write"}
