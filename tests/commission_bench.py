@@ -69,7 +69,7 @@ class Watched:
         self.origin = self.counts()
         self.excursions: dict[str, tuple[float, float]] = {}  # by step: the largest true way and its bound, degrees
         self.requests = 0
-        self.before = lambda data: None
+        self.before = lambda _data: None
         receive = device.receive
 
         def received(data: bytes, t: float) -> bytes:
@@ -161,9 +161,8 @@ def random_truth(seed: int) -> Truth:
             case "wheel":
                 secondary = f"16/{chance.choice((39, 41))}"
             case "odd":
-                secondary = str(
-                    Fraction(round(4000 * (1.0 + chance.choice((-1, 1)) * chance.uniform(0.012, 0.02))), 10000)
-                )
+                off = chance.choice((-1, 1)) * chance.uniform(0.012, 0.02)
+                secondary = str(Fraction(round(4000 * (1.0 + off)), 10000))
         bits = chance.choice((0, 14, 16))
         reverse, encoder_reverse = chance.random() < 0.5, bits > 0 and chance.random() < 0.5
         axes.append(TrueAxis(reverse, main, secondary, bits, encoder_reverse, chance.randrange(0x1000, 0xF000)))
@@ -199,7 +198,7 @@ def random_truth(seed: int) -> Truth:
 
 
 def wrong_keys(truth: Truth) -> dict[str, object]:
-    """Return the configuration keys that must be found wrong, with their true values; `axisN gears` with the ratio."""
+    """Return the keys that must be found wrong, with their true values; `axisN gears` with the true ratio."""
     values = {**load(None, {}, truth.believed).values}
     found: dict[str, object] = {}
     for number, axis in enumerate(truth.axes, start=1):
