@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from clockdrive.errors import InputError
-
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend
+from clockdrive.errors import InputError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _FORMAT = "drive.position_format"
