@@ -55,9 +55,8 @@ from transports.tcp import TcpLink
 
 url, way, log, velocity, ending = sys.argv[1:]
 clock = SystemClock()
-if way == "shared":
-    TcpLink.fileno = lambda link: link._socket.fileno()
-    SerialLink.fileno = lambda link: link._port.fileno()
+if way == "reopened":
+    del TcpLink.fileno, SerialLink.fileno
 dead_man = DeadMan(url, safe_frames(0x02), program="clockdrive.dead_man", log=Path(log))
 unit = Unit(ModbusAscii(dead_man.sharing(lambda: open_link(url, clock)), clock))
 unit.read("velocity_control")
@@ -356,13 +355,7 @@ def test_a_connection_reopened_by_its_owner_is_not_held_up_by_the_dead_man():
         serve(device, CLOCK, "tcp://127.0.0.1:0") as server,
         DeadMan(server.address, [SafeFrame(b"halt\r", b"yes")], program=PROGRAM, silence_s=0.2) as dead_man,
     ):
-
-        def opened():
-            link = open_link(server.address, CLOCK)
-            link.fileno = link._socket.fileno
-            return link
-
-        opening = dead_man.sharing(opened)
+        opening = dead_man.sharing(lambda: open_link(server.address, CLOCK))
         for number in range(20):  # the unit serves one client at a time
             link = opening()
             link.write(b"%d\r" % number)
