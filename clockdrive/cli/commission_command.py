@@ -7,7 +7,8 @@ import argparse
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,7 @@ def commission(args: argparse.Namespace) -> None:
             bound = f"each axis moves at most {step.bound_deg:g}°" if step.moves else "nothing moves"
             print(f"  {step.name:16} {bound:32} {step.finds}", file=sys.stderr)
         _require_consent(args, "Take these steps?")
-    os.environ[_FORMAT_VARIABLE] = "auto"  # one that is configured wrongly would keep the unit from being asked
-    with backend(args.config, "commission") as telescope:
+    with _any_format(), backend(args.config, "commission") as telescope:
         if args.witness == "typed" and telescope.attached:
             raise InputError(
                 "the witness `typed` needs this command to own the telescope; end the running owner first"
@@ -60,6 +60,19 @@ def commission(args: argparse.Namespace) -> None:
         display.as_json({**answer, "file": file})
     elif not answer["changes"]:
         print("the configuration agrees with everything that was found")
+
+
+@contextmanager
+def _any_format() -> Iterator[None]:
+    """Open the unit whatever its position format: one that is configured wrongly would keep it from being asked."""
+    before = os.environ.get(_FORMAT_VARIABLE)
+    os.environ[_FORMAT_VARIABLE] = "auto"
+    try:
+        yield
+    finally:
+        del os.environ[_FORMAT_VARIABLE]
+        if before is not None:
+            os.environ[_FORMAT_VARIABLE] = before
 
 
 def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:

@@ -78,7 +78,9 @@ class Candidate:
 
 
 def candidates(main: tuple[int, int], secondary: tuple[int, int], ratio: float, sigma: float) -> list[Candidate]:
-    """Tooth counts within the uncertainty of the ratio seen, fewest teeth changed first; never the configured ones.
+    """Tooth counts within the uncertainty of the ratio seen, the likeliest first; never the configured ones.
+
+    A tooth more that was miscounted makes a candidate as much less likely as a standard deviation squared does.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def candidates(main: tuple[int, int], secondary: tuple[int, int], ratio: float, 
             off = a / b * bottom / top / ratio - 1.0
             if abs(off) <= SIGNIFICANCE * sigma:
                 found.append(Candidate(key, f"{a}/{b}", abs(a - top) + abs(b - bottom), off))
-    return sorted(found, key=lambda each: (each.teeth, abs(each.off)))
+    return sorted(found, key=lambda each: (each.off / sigma) ** 2 + each.teeth)
 
 
 def _near(top: int, bottom: int) -> Iterator[tuple[int, int]]:

@@ -122,7 +122,8 @@ def test_a_process_killed_with_a_borrowed_register_has_it_given_back_by_the_next
     with serve(device, clock, "tcp://127.0.0.1:0") as server:
         file = tmp_path / "telescope.toml"
         file.write_text(
-            f'[site]\nlatitude_deg = -42.4\nlongitude_deg = 173.7\n[drive]\nkind = "tc410"\nlink = "{server.address}"\n'
+            f'[site]\nlatitude_deg = -42.4\nlongitude_deg = 173.7\n[drive]\nkind = "tc410"\n'
+            f'link = "{server.address}"\n'
             f'[state]\npath = "{state}"\n',
             encoding="utf-8",
         )
