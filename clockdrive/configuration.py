@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
-from clockdrive.configuration_check import BadValue, checked, contradictions, from_text
+from clockdrive.configuration_check import BadValue, cautions, checked, contradictions, from_text
 from clockdrive.configuration_keys import (
     DRIVE_KINDS,
     KEYS,
@@ -120,6 +120,11 @@ class Configuration:
         if draft.problems:
             raise ConfigurationError(f"{self.source}, completed from the unit,", draft.problems)
         return _frozen(draft, self.source, self.notice)
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """A sentence for each value that is possible, and unwise."""
+        return tuple(cautions(self.values))
 
     def missing_files(self) -> tuple[str, ...]:
         """A sentence for each configured file that does not exist."""

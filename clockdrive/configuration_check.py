@@ -8,7 +8,6 @@ from pathlib import Path
 
 from clockdrive.configuration_keys import (
     TC410_HALF_RANGE,
-    TC410_MAX_CURRENT_A,
     TC410_UNITS_PER_S,
     Facts,
     Key,
@@ -17,11 +16,13 @@ from clockdrive.configuration_keys import (
     Value,
     tc410_fastest_deg_s,
 )
+from mounts.tc410 import motors
 
 _PORT = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.]+\]|[^\s/:@?#\[\]]+):(?P<port>\d{1,5})")
 _LINKS = re.compile(rf"sim:|(?:{_PORT.pattern})|(?:serial://[^\s?]+|COM\d+)(?:\?baud=[1-9]\d*)?")
 _SOURCES = re.compile(r"(?:file|command|alpaca):\S.*", re.DOTALL)
 _RATIO = re.compile(r"\s*(\d{1,6})\s*(?:/\s*(\d{1,6})\s*)?", re.ASCII)
+_FASTEST_DEG_S = 100.0  # no telescope's axis; inverted gears give thousands
 _FLAGS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -170,8 +171,8 @@ def _travel(facts: Facts, axis: str) -> Iterator[Finding]:
 
 def _fan(facts: Facts) -> Iterator[Finding]:
     start, stop = _float(facts, "drive.fan_start_c"), _float(facts, "drive.fan_stop_c")
-    if stop > start:
-        text = f"drive.fan_stop_c = {stop:g}: allowed at most drive.fan_start_c = {start:g} °C"
+    if stop >= start:
+        text = f"drive.fan_stop_c = {stop:g}: allowed below drive.fan_start_c = {start:g} °C"
         yield ("drive.fan_stop_c", "drive.fan_start_c"), text
 
 
@@ -179,6 +180,14 @@ def _tc410_axis(facts: Facts, axis: str) -> Iterator[Finding]:
     drive_type = str(facts[f"{axis}.drive_type"])
     gears = tuple(f"{axis}.{name}" for name in ("motor_steps", "main_gear", "secondary_gear", "drive_type"))
     fastest = tc410_fastest_deg_s(facts, axis)
+    if fastest > _FASTEST_DEG_S:
+        text = (
+            f"{axis}.main_gear = {facts[f'{axis}.main_gear']}, secondary_gear = {facts[f'{axis}.secondary_gear']}: "
+            f"{TC410_UNITS_PER_S} units/s would be {fastest:.4g} deg/s, allowed up to {_FASTEST_DEG_S:g} deg/s; a gear "
+            'that slows the axis is less than 1, as "1/285"'
+        )
+        yield gears, text
+        return
     speed = _float(facts, f"{axis}.max_speed_deg_s")
     if speed > fastest:
         text = (
@@ -196,10 +205,52 @@ def _tc410_axis(facts: Facts, axis: str) -> Iterator[Finding]:
                 f"which the drive's 24 bits count with this gearing round {axis}.centre_deg = {centre:g}"
             )
             yield (f"{axis}.{name}", f"{axis}.centre_deg", *gears), text
-    current, most = _float(facts, f"{axis}.motor_current_a"), TC410_MAX_CURRENT_A[drive_type]
+    yield from _motor(facts, axis)
+
+
+def _motor(facts: Facts, axis: str) -> Iterator[Finding]:
+    drive_type = str(facts[f"{axis}.drive_type"])
+    current, most = _float(facts, f"{axis}.motor_current_a"), motors.MOST_A[drive_type]
     if current > most:
         text = f"{axis}.motor_current_a = {current:g}: allowed 1 to {most:g} A with drive_type = {drive_type}"
         yield (f"{axis}.motor_current_a", f"{axis}.drive_type"), text
+    if facts.get(f"{axis}.motor_rated_a") is None:
+        return
+    wiring, rating = str(facts[f"{axis}.motor_wiring"]), str(facts[f"{axis}.motor_rating"])
+    label = _float(facts, f"{axis}.motor_rated_a")
+    rated = motors.rated_current_a(wiring, rating, label)
+    keys = tuple(f"{axis}.{name}" for name in ("motor_current_a", "motor_wiring", "motor_rating", "motor_rated_a"))
+    if rated is None:
+        yield keys, f"{axis}.motor_rating = {rating}: a motor wired {wiring} is rated per-phase; set that"
+    elif motors.overdriven(current, rated):
+        text = (
+            f"{axis}.motor_current_a = {current:g}: allowed at most {rated:.2f} A, for {label:g} A {rating} "
+            f"wired {wiring}; more overheats it with little more torque"
+        )
+        yield keys, text
+
+
+def cautions(facts: Facts) -> Iterator[str]:
+    """What is possible, and unwise."""
+    if facts["drive.kind"] != "tc410":
+        return
+    for axis in ("axis1", "axis2"):
+        label = facts.get(f"{axis}.motor_rated_a")
+        current = _float(facts, f"{axis}.motor_current_a")
+        wiring, rating = str(facts[f"{axis}.motor_wiring"]), str(facts[f"{axis}.motor_rating"])
+        rated = (
+            None if label is None else motors.rated_current_a(wiring, rating, _float(facts, f"{axis}.motor_rated_a"))
+        )
+        if rated is not None and motors.erratic(current, rated):
+            yield (
+                f"{axis}.motor_current_a = {current:g}: below {motors.ERRATIC * rated:.2f} A, half of what the motor "
+                "is rated for, microsteps become uneven; raise it"
+            )
+        if rated is not None and rated < motors.LEAST_A:
+            yield (
+                f"{axis}.motor_rated_a = {label}: the drive gives at least {motors.LEAST_A:g} A, this motor takes "
+                f"{rated:.2f} A as it is wired; use another motor or wiring"
+            )
 
 
 def _float(facts: Facts, dotted: str) -> float:

@@ -11,6 +11,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
+from mounts.tc410.motors import RATINGS
+
 Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "ratio"]
 Raw = str | int | float | bool
 Value = Raw | Fraction | Path | None
@@ -21,7 +23,6 @@ TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microsecond
 TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)
 TC410_MICROSTEPS = {"gecko": 10, "ims": 16}  # reported units a full step (4.7.1)
 JOYSTICK_MODES = (*range(18), 128)  # the shifts of use, or logarithmic (4.7.7)
-TC410_MAX_CURRENT_A = {"gecko": 5.0, "ims": 3.0}  # (4.7.2)
 
 Facts = Mapping[str, Value]  # the values settled so far, by dotted name
 Rule = Callable[[Facts, str], Value]  # with the section whose default is asked
@@ -280,6 +281,10 @@ _AXIS = (
         in_unit=True),
     Key("axis", "motor_wiring", "text", "4-lead", "how the motor is wired, for the current it may have",
         choices=("4-lead", "6-lead-half", "6-lead-full", "8-lead-parallel", "8-lead-series"), drives=_TC410),
+    Key("axis", "motor_rated_a", "number", None, "the current on the motor's label, to check motor_current_a by", "A",
+        0.1, 20, drives=_TC410, example=2.8),
+    Key("axis", "motor_rating", "text", "per-phase", "what that current is for; bipolar: in parallel, with 8 leads",
+        choices=RATINGS, drives=_TC410),
     Key("axis", "encoder_bits", "integer", 0, "bits of the absolute encoder; 0: none", choices=(0, 14, 16),
         drives=_TC410),
     Key("axis", "encoder_reversed", "flag", default=False, meaning="the encoder counts against the axis",

@@ -77,6 +77,8 @@ class AxisSection:
     max_speed_deg_s: float
     motor_current_a: float
     motor_wiring: str
+    motor_rated_a: float | None
+    motor_rating: Literal["per-phase", "bipolar"]
     encoder_bits: Literal[0, 14, 16]
     encoder_reversed: bool
     encoder_zero: int

@@ -4,7 +4,7 @@ One table joins the keys that the unit can hold itself to its registers; it is r
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -254,7 +254,7 @@ def _drive_keys(found: Mapping[str, float]) -> dict[str, object]:
         elif mode & 0x3F <= _MOST_SHIFT:
             keys[f"drive.{name}"] = mode & 0x3F
     start, stop = found["fan_start_temperature"], found["fan_stop_temperature"]
-    if stop <= start and (start or stop):
+    if stop < start:
         keys |= {"drive.fan_start_c": start, "drive.fan_stop_c": stop}
     return keys
 
@@ -273,7 +273,7 @@ def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
     if kind != "none":
         keys["drive_type"] = kind
     gears = {name: (of(f"{name}_multiplier"), of(f"{name}_divisor")) for name in ("main_gear", "secondary_gear")}
-    if of("motor_steps") and all(multiplier and divisor for multiplier, divisor in gears.values()):
+    if of("motor_steps") and _slows(gears.values()):
         keys["motor_steps"] = of("motor_steps")
         keys |= {name: f"{multiplier}/{divisor}" for name, (multiplier, divisor) in gears.items()}
         if kind != "none":
@@ -285,6 +285,14 @@ def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
             if 0.0 < speed <= _FASTEST_DEG_S:  # a unit as the factory made it knows no gears
                 keys["max_speed_deg_s"] = math.ceil(speed * 1e6) / 1e6  # the register rounds down
     return {f"axis{axis}.{name}": value for name, value in keys.items()}
+
+
+def _slows(gears: Iterable[tuple[int, int]]) -> bool:
+    """Whether gears were ever set: the factory's 1/1, and zeros, are no telescope's."""
+    product = 1.0
+    for multiplier, divisor in gears:
+        product *= multiplier / divisor if divisor else 0.0
+    return 0.0 < product < 1.0
 
 
 def _baud(configuration: Configuration) -> int | None:

@@ -150,8 +150,8 @@ def config(args: argparse.Namespace) -> None:
     assembly.planner(configuration)
     _show(
         args,
-        {"ok": True, "source": configuration.source},
-        lambda found: f"{found['source']}: nothing is wrong with it",
+        {"ok": True, "source": configuration.source, "cautions": list(configuration.cautions)},
+        lambda found: "\n  ".join((f"{found['source']}: nothing is wrong with it", *found["cautions"])),
     )
 
 

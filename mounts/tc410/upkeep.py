@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mounts.errors import DriveRefused
+from mounts.tc410.motors import MOST_A
 from mounts.tc410.registers import DRIVE_TYPES, MOUNT_TYPES, REGISTERS, Register, by_name
 from mounts.tc410.unit import Unit, Values
 
 _MOST_WORDS = 12  # of one request: a telescope that tracks must not wait long for its next velocity
 _CONTROL = by_name("velocity_control")
 _HOST = _CONTROL.mask("slew_to_target", "remote_control", "tracking")
-MOST_CURRENT_A = {1: 5.0, 2: 3.0}  # by drive type (manual, 4.7.2)
 _WORDS = {"mount_type": MOUNT_TYPES, "axis1_drive_type": DRIVE_TYPES, "axis2_drive_type": DRIVE_TYPES}
 
 ACTIONS = {
@@ -167,7 +167,7 @@ class Upkeep:
 
     def _check_current(self, row: Register, value: float) -> None:
         kind = int(self._unit.read(f"axis{row.axis}_drive_type")[f"axis{row.axis}_drive_type"])
-        most = MOST_CURRENT_A.get(kind, max(MOST_CURRENT_A.values()))
+        most = MOST_A.get(DRIVE_TYPES.get(kind, "").lower(), max(MOST_A.values()))
         if value > most:
             raise DriveRefused(
                 f"{row.name} = {value:g} A: allowed 1 to {most:g} A with the drive type "

@@ -139,7 +139,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_value_and_range(tmp_path)
         ('[axis1]\ndrive_type = "ims"\nmotor_current_a = 4.0', ("motor_current_a = 4", "1 to 3 A")),
         ('[axis1]\nmain_gear = "1/60000"', ("axis1.max_deg = 170", "24 bits", "-10.07 to 10.07")),
         ('[limits]\nhorizon = "h.csv"\nhorizon_deg = 10', ("limits.horizon_deg are both given",)),
-        ("[drive]\nfan_start_c = 20\nfan_stop_c = 25", ("fan_stop_c = 25", "at most drive.fan_start_c = 20")),
+        ("[drive]\nfan_start_c = 20\nfan_stop_c = 25", ("fan_stop_c = 25", "below drive.fan_start_c = 20")),
         ("[axis1]\nmin_deg = nan", ("axis1.min_deg = nan", "−720 to 720")),
         ("[axis1]\nmin_deg = inf", ("axis1.min_deg = inf",)),
         ("[axis1]\nmotor_steps = true", ("axis1.motor_steps = True",)),
@@ -327,3 +327,49 @@ def test_a_configuration_with_every_kind_of_value_can_be_completed_from_the_unit
     assert after.state_directory == tmp_path / "state"
     assert after.limits.horizon == tmp_path / "horizon.csv"
     assert after.axes[0].main_gear == before.axes[0].main_gear
+
+
+@pytest.mark.parametrize(
+    ("wiring", "rating", "label", "highest"),
+    [
+        ("4-lead", "per-phase", 2.0, 2.0),
+        ("4-lead", "bipolar", 2.0, 2.0),
+        ("6-lead-half", "per-phase", 2.0, 2.0),
+        ("6-lead-full", "per-phase", 3.0, 2.1),
+        ("8-lead-parallel", "per-phase", 2.0, 2.8),
+        ("8-lead-parallel", "bipolar", 2.8, 2.8),
+        ("8-lead-series", "per-phase", 2.0, 1.4),
+        ("8-lead-series", "bipolar", 2.8, 1.4),
+    ],
+)
+def test_a_motor_is_given_what_its_label_and_wiring_allow(wiring, rating, label, highest):
+    """The factors are those of section 3 of the drive's manual."""
+
+    def with_current(current_a):
+        motor = {"motor_wiring": wiring, "motor_rating": rating, "motor_rated_a": label, "motor_current_a": current_a}
+        return load(None, {}, {f"axis2.{name}": value for name, value in motor.items()})
+
+    assert with_current(highest).cautions == ()
+    with pytest.raises(ConfigurationError, match=rf"allowed at most {highest:.2f} A"):
+        with_current(highest + 0.1)
+    if highest / 2.0 > 1.1:
+        (said,) = with_current(highest / 2.0 - 0.1).cautions
+        assert f"below {highest / 2.0:.2f} A" in said
+    assert with_current(max(1.0, highest / 2.0)).cautions == ()
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"axis1.motor_wiring": "6-lead-full", "axis1.motor_rating": "bipolar", "axis1.motor_rated_a": 3.0},
+         ("6-lead-full", "per-phase")),
+        ({"axis1.drive_type": "ims", "axis1.motor_current_a": 3.1}, ("3.1", "1 to 3 A", "ims")),
+        ({"axis1.main_gear": "285/1"}, ("285", "100 deg/s", '"1/285"')),
+        ({"axis1.park_deg": 175.0}, ("175", "-170 to 170")),
+        ({"drive.fan_start_c": 30.0, "drive.fan_stop_c": 30.0}, ("30", "below drive.fan_start_c")),
+    ],
+)  # fmt: skip
+def test_what_contradicts_itself_in_a_drive_is_a_sentence(keys, words):
+    with pytest.raises(ConfigurationError) as refused:
+        load(None, {}, keys)
+    assert all(word in str(refused.value) for word in words), str(refused.value)
