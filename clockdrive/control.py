@@ -2,7 +2,8 @@
 
 The loop runs *steps*: a generator that does a bit of work and yields the seconds until it wants to go on. A command
 in the foreground (a slew) is such a generator; with none, the background cycle keeps polling and tracking. Calls are
-done between steps; an interruption is done before all other calls and ends the command in the foreground.
+done between steps, one at most while a step is overdue, so that no number of callers keeps the telescope from being
+looked at; an interruption is done before all else and ends the command in the foreground.
 
 What runs inside a step, such as the report of a slew's progress, may call as well: its calls are done at once, and
 its interruption ends the command it runs in.
@@ -231,11 +232,13 @@ class ThreadedControl:
 
     def _run(self) -> None:
         due = time.monotonic()
+        called = False
         while True:
-            work = self._next(due)
+            work = self._next(due, overdue_first=called)
+            called = work is not None
             if work is not None:
                 work()
-                due = time.monotonic() if self._foreground.steps is not None else due
+                due = min(due, time.monotonic()) if self._foreground.steps is not None else due
                 continue
             if self._closing:
                 self._foreground.abandon("the telescope was closed")
@@ -256,8 +259,8 @@ class ThreadedControl:
         wait = self._foreground.advance()
         return time.monotonic() + wait
 
-    def _next(self, due: float) -> Callable[[], None] | None:
-        """The next call, when one comes before `due`."""
+    def _next(self, due: float, *, overdue_first: bool) -> Callable[[], None] | None:
+        """The next call, when one comes before `due`; with `overdue_first` none but an interruption after it."""
         with self._wake:
             while not (self._urgent or self._calls or self._closing):
                 left = due - time.monotonic()
@@ -266,4 +269,6 @@ class ThreadedControl:
                 self._wake.wait(left)
             if self._urgent:
                 return self._urgent.popleft()
+            if overdue_first and not self._closing and due <= time.monotonic():
+                return None
             return self._calls.popleft() if self._calls else None

@@ -179,3 +179,32 @@ def test_virtual_time_passes_through_every_cycle_that_is_due():
     assert clock.now() == 103.5
     control.let_pass(-1.0)
     assert clock.now() == 103.5
+
+
+def test_callers_without_end_do_not_keep_the_telescope_from_being_looked_at():
+    looks = []
+
+    def look():
+        looks.append(threading.current_thread().name)
+        return SHORT_S
+
+    control = ThreadedControl(SystemClock(), look)
+    busy = threading.Event()
+
+    def call_again_and_again():
+        while not busy.is_set():
+            control.call(lambda: busy.wait(2.0 * SHORT_S))
+
+    callers = [threading.Thread(target=call_again_and_again) for _ in range(4)]
+    for caller in callers:
+        caller.start()
+    began = len(looks)
+    for _ in range(20):
+        control.call(lambda: None)
+    seen = len(looks) - began
+    busy.set()
+    for caller in callers:
+        caller.join()
+    control.close()
+    print(f"{seen} looks while 20 calls waited behind four callers without end")
+    assert seen >= 20
