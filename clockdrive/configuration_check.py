@@ -183,8 +183,8 @@ def _tc410_axis(facts: Facts, axis: str) -> Iterator[Finding]:
     if fastest > _FASTEST_DEG_S:
         text = (
             f"{axis}.main_gear = {facts[f'{axis}.main_gear']}, secondary_gear = {facts[f'{axis}.secondary_gear']}: "
-            f"{TC410_UNITS_PER_S} units/s would be {fastest:.4g} deg/s, allowed up to {_FASTEST_DEG_S:g} deg/s; a gear "
-            'that slows the axis is less than 1, as "1/285"'
+            f"{TC410_UNITS_PER_S} units/s would be {fastest:.4g} deg/s, allowed up to {_FASTEST_DEG_S:g} deg/s; a "
+            'gear that slows the axis is less than 1, as "1/285"'
         )
         yield gears, text
         return

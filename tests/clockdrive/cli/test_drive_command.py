@@ -5,6 +5,9 @@ The manual's own tables are the oracle: addresses and descriptions are taken fro
 
 import json
 import re
+import signal
+import subprocess
+import sys
 from contextlib import contextmanager
 
 import pytest
@@ -242,3 +245,56 @@ def test_init_writes_the_units_registers_as_a_configuration(run, capsys, tmp_pat
 
 def test_actions_have_their_commands():
     assert set(ACTIONS) == {row.name for row in REGISTERS if row.access == "write"}
+
+
+def test_what_people_and_power_do_is_shown_by_name(run):
+    run.device.disturb(
+        joystick=(200, 31), autoguider=(128, 90), directions=("north",), temperatures_c=(-5.7, 20.5, 44.0)
+    )
+    shown = run("drive", "show")["registers"]
+    assert [shown[f"joystick_adc_axis{axis}"]["value"] for axis in (1, 2)] == [200, 31]
+    assert [shown[f"autoguider_adc_axis{axis}"]["value"] for axis in (1, 2)] == [128, 90]
+    assert shown["system_temperature"]["text"] == "-5.7 °C"
+    assert shown["system_temperature"]["raw"] == [0xFFC7]  # as the manual's section 4.7.8 has it
+    assert shown["axis1_controller_temperature"]["text"] == "20.5 °C"
+    assert shown["joystick_detected"]["value"] == 1
+    assert "autoguider_north" in shown["digital_inputs"]["flags"]
+    assert shown["axis1_drive_type"]["text"] == "1 (Gecko)"
+
+
+def test_a_supply_alarm_refuses_motion(run):
+    run("sync", "--force", "altaz:0,60")
+    run.device.disturb(alarms=("supply_over_current",))
+    assert "supply_over_current" in run("drive", "speed", "0.1", "0", "--for", "1s", ok=False)["reason"]
+    assert "supply_over_current" in run("goto", "altaz:10,60", "--exit", ok=False)["reason"]
+
+
+def test_all_of_it_works_attached_to_a_running_owner(run):
+    command = [sys.executable, "-m", "clockdrive", "-c", str(run.config), "run"]
+    owner = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        assert "owning the telescope" in owner.stderr.readline()
+        assert run("drive", "set", "axis1_acceleration", "31")["before"].startswith("26 ")
+        assert run("drive", "diff")["differences"][0]["key"] == "axis1.acceleration_register"
+        assert run("drive", "push")["registers"]["axis1_acceleration"]["value"] == 26
+        assert len(run("drive", "show", "park")["registers"]) == 2
+        run("drive", "save")
+        run("sync", "--force", "altaz:0,60")
+        moved = run("drive", "speed", "0.2", "-0.1", "--for", "1s")
+        assert moved["to_deg"][0] - moved["from_deg"][0] == pytest.approx(0.2, abs=0.05)
+        assert "--yes" in run("drive", "reload", ok=False)["reason"]
+        run("drive", "reload", "--yes")
+        assert "loaded anew" in run("status")["unsynchronised_because"]
+        assert owner.poll() is None
+    finally:
+        owner.send_signal(signal.SIGINT)
+        owner.communicate(timeout=20)
+
+
+@pytest.mark.parametrize("words", [["show"], ["show", "park"], ["diff"], ["encoders"], ["pull"], ["push"], ["save"]])
+def test_a_person_reads_lines(words, run, capsys):
+    assert main(["-c", str(run.config), "drive", *words]) == 0
+    text = capsys.readouterr().out
+    print(text[:2000])
+    assert text.strip()
+    assert "{" not in text
