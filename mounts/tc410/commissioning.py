@@ -243,8 +243,8 @@ BEFORE = (
     Step("position-format", "how the 24 bits of a position lie in two registers", _position_format),
     Step("limits", "which bits the soft-limit registers hold", _limits, allows_motion=True),
     Step("longitude", "the sign of the longitude register", _longitude),
-    Step("speed-register", "which bits the maximum-speed registers hold", _speed_register, _SPEED_REACH_DEG, 2.0 * _SPEED_REACH_DEG,
-         allows_motion=True),
+    Step("speed-register", "which bits the maximum-speed registers hold", _speed_register,
+         _SPEED_REACH_DEG, 2.0 * _SPEED_REACH_DEG, allows_motion=True),
 )  # fmt: skip
 """Steps that come before those of all drives: without them no motion would be what it seems."""
 
