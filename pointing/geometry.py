@@ -14,6 +14,8 @@ from pointing.sky import Sky, SkyFrame
 from pointing.targets import Target
 from pointing.vectors import Vector
 
+_ROUNDING = 1e-12  # rad, by which one limit computed in two ways may differ from itself
+
 
 class Geometry:
     """The directions and axis angles of one telescope.
@@ -146,7 +148,7 @@ class Geometry:
 def _within(name: str, what: str, angle: float, low: float, high: float) -> Check:
     degrees, lowest, highest = math.degrees(angle), math.degrees(low), math.degrees(high)
     allowed = f"{lowest:.2f}° to {highest:.2f}°"
-    if low <= angle <= high:
+    if low - _ROUNDING <= angle <= high + _ROUNDING:
         return Check(name, ok=True, detail=f"{what} at {degrees:.3f}°, allowed {allowed}")
     beyond = max(lowest - degrees, degrees - highest)
     return Check(name, ok=False, detail=f"{what} at {degrees:.3f}° is {beyond:.3f}° outside {allowed}")

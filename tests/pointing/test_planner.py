@@ -399,6 +399,14 @@ def test_axes_can_be_sent_to_angles_and_refuse_those_outside():
         subject.plan_axes("park", (math.nan, 0.0), start, timing())
 
 
+@pytest.mark.parametrize("hour_angle_deg", [-10.0, 190.0])
+def test_a_german_mount_may_stand_at_either_end_of_its_window(hour_angle_deg):
+    subject = planner(MountType.GERMAN)
+    subject = type(subject)(subject.sky, subject.mount, subject.axes, subject.limits, math.radians(10.0))
+    plan = subject.plan_axes("park", (math.radians(hour_angle_deg), -1.2), start_at(subject, 90.0, -70.0), timing())
+    assert math.degrees(plan.axes[0].angle) == pytest.approx(hour_angle_deg)
+
+
 def test_a_telescope_below_the_horizon_may_only_be_led_out():
     subject = planner(MountType.ALTAZ_FORK, 35.0, horizon=Horizon.level(30.0))
     start = start_at(subject, 0.0, 10.0)
