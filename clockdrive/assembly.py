@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from transports.memory import Device
 
 _MAS = math.pi / 648_000_000.0
+DEAD_MAN_LOG = "dead-man.log"
 _SILENCE_S = 0.7  # more than the exchange of one register takes on a slow line, and less than a second with the stop
 
 
@@ -137,7 +138,7 @@ def drive(
             safe_frames(),
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
-            log=configuration.state_directory / "dead-man.log",
+            log=configuration.state_directory / DEAD_MAN_LOG,
         )
         modbus = ModbusAscii(dead_man.sharing(lambda: open_link(configuration.drive.link, clock)), clock)
         if configuration.left_to_the_unit():

@@ -9,6 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from clockdrive.answers import utc
+from clockdrive.assembly import DEAD_MAN_LOG
 from clockdrive.configuration import Configuration, load
 from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
@@ -63,6 +64,9 @@ def _history(configuration: Configuration) -> Iterator[tuple[str, str]]:
         yield "last-position.txt", repr(store.last_position())
         yield "events.txt", "\n".join(f"{utc(event.time)} {event.kind}: {event.text}" for event in store.events())
         yield "event.log", store.log.text()
+    dead_man = configuration.state_directory / DEAD_MAN_LOG
+    if dead_man.is_file():
+        yield DEAD_MAN_LOG, dead_man.read_text(encoding="utf-8", errors="replace")
 
 
 def _version(package: str) -> str:

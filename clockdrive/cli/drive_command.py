@@ -163,6 +163,12 @@ def _encoder_text(row: Mapping[str, Any]) -> str:
     )
 
 
+def _speed_text(found: Mapping[str, Any]) -> str:
+    ways = zip(found["from_deg"], found["to_deg"], strict=True)
+    rows = [f"axis{axis}: {start:.5f}° → {end:.5f}°" for axis, (start, end) in enumerate(ways, start=1)]
+    return "\n".join((f"moved for {found['seconds']:.1f} s", *rows))
+
+
 def _note(found: Mapping[str, Any]) -> str:
     return str(found["note"])
 
@@ -174,4 +180,5 @@ _TEXTS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "push": _push_text,
     "set": _set_text,
     "show": _registers_text,
+    "speed": _speed_text,
 }

@@ -1,6 +1,7 @@
 """Every command from its words to its exit code, on the embedded simulator; JSON is one document, alone on stdout."""
 
 import json
+import re
 import zipfile
 
 import pytest
@@ -176,6 +177,12 @@ def test_the_header_is_one_that_astropy_reads(answer, run):
     assert header["RADESYS"] == "ICRS"
     assert fits.Header(answer("header")[1]["cards"])["TIMESYS"] == "UTC"
     fits.PrimaryHDU(header=header).verify("exception")
+
+
+def test_a_speed_is_told_with_where_it_led(run):
+    code, out, _ = run("drive speed 0.2 0 --for 1s")
+    assert code == 0
+    assert re.search(r"moved for \d+\.\d s\naxis1: -?\d+\.\d+° → -?\d+\.\d+°\naxis2: ", out)
 
 
 def test_the_report_holds_what_is_needed_and_no_key(run, answer, tmp_path):
