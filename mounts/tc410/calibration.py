@@ -17,6 +17,9 @@ from mounts.tc410.settings import SlewIdle
 from mounts.tc410.slew_watch import AxisWatch
 
 _LATENCIES = 5  # starts of which the latency is the median
+_SCALES = Interval(0.5, 2.0)  # what is remembered beyond these was learnt from something else, or is broken
+_LANDINGS_S = Interval(0.0, 30.0)
+_STARTS_S = Interval(0.0, 30.0)
 _LEAST_MOVE = 200.0  # counts; shorter moves say too little of the landing
 
 
@@ -63,18 +66,27 @@ class Learnt:
 
     @classmethod
     def from_json(cls, stored: object) -> "Learnt":
-        """Read what `as_json` gave; anything unreadable counts as not learnt."""
+        """Read what `as_json` gave; where anything is unreadable or impossible, nothing is learnt."""
         if not isinstance(stored, Mapping):
             return cls()
         try:
             one, two = (
-                AxisLearnt(float(axis["acceleration_scale"]), float(axis["landing_s"])) for axis in stored["axes"]
+                AxisLearnt(_in(_SCALES, axis["acceleration_scale"]), _in(_LANDINGS_S, axis["landing_s"]))
+                for axis in stored["axes"]
             )
-            latencies = tuple(float(latency) for latency in stored["latencies_s"])
+            latencies = tuple(_in(_STARTS_S, latency) for latency in stored["latencies_s"])
             idle = stored["slew_idle"]
         except (KeyError, TypeError, ValueError):
             return cls()
         return cls((one, two), latencies, idle if idle in {"both", "per-axis"} else None)
+
+
+def _in(bounds: Interval, stored: object) -> float:
+    """A remembered number; ValueError where it is impossible, or none."""
+    value = float(str(stored))
+    if not bounds.low <= value <= bounds.high:
+        raise ValueError(stored)
+    return value
 
 
 def _taught(known: AxisLearnt, watch: AxisWatch, landing: Interval) -> AxisLearnt:

@@ -195,6 +195,9 @@ def test_a_memory_that_cannot_be_read_counts_as_nothing_learnt() -> None:
     assert Learnt.from_json(json.loads(json.dumps(learnt.as_json()))) == learnt
     for spoilt in ({}, None, {"axes": []}, {"axes": [{}, {}]}, {**learnt.as_json(), "latencies_s": ["x"]}, 7):
         assert Learnt.from_json(spoilt) == Learnt()
+    fine = {"acceleration_scale": 1.0, "landing_s": 0.0}
+    for name, value in (("acceleration_scale", 0.0), ("acceleration_scale", float("nan")), ("landing_s", 1e9)):
+        assert Learnt.from_json({**learnt.as_json(), "axes": [fine, {**fine, name: value}]}) == Learnt()
 
 
 def test_a_value_is_moved_only_as_far_as_an_observation_asks() -> None:
