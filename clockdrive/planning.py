@@ -11,6 +11,7 @@ from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
+from clockdrive.errors import ConfigurationError
 from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.mount import POSTURES
@@ -27,6 +28,14 @@ if TYPE_CHECKING:
     TargetLike: TypeAlias = str | SkyCoord | Target
     TimeLike: TypeAlias = float | datetime | Time | str
 
+# What a unit may hold otherwise than the defaults, and which would change the counts or the time of a plan.
+_DECIDING = frozenset(
+    (
+        *("type", "mount_x_mas", "mount_y_mas", "motor_steps", "main_gear", "secondary_gear", "drive_type"),
+        *("acceleration_register", "deceleration_register", "max_speed_deg_s", "min_deg", "max_deg"),
+    )
+)
+
 
 def plan_from(
     configuration: Configuration, target: "TargetLike", time: float, counts: tuple[float, float]
@@ -37,12 +46,20 @@ def plan_from(
     ------
     TargetError, Unreachable
         It is no target; it cannot be reached.
+    ConfigurationError
+        The site of a real telescope is left to its unit, which is not asked.
     """
+    left = () if configuration.simulated else configuration.left_to_the_unit()
+    if "site.latitude_deg" in left or "site.longitude_deg" in left:
+        text = "[site] latitude_deg and longitude_deg: give both, a plan from counts asks no unit for them"
+        raise ConfigurationError(configuration.source, [text])
     planner = planner_of(configuration)
     around = surroundings_of(configuration, planner, SystemClock())
     around.open(time)
     plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
-    return plan_answer(plan, planner, around.notes(plan.arrival, math.asin(plan.observed[2])))
+    defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
+    unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
+    return plan_answer(plan, planner, (*around.notes(plan.arrival, math.asin(plan.observed[2])), *unasked))
 
 
 def rates_of(planner: Planner, target: Target, time: float) -> Answer:

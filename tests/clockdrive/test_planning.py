@@ -11,7 +11,7 @@ from telescope_bench import T0, telescope
 from clockdrive import assembly
 from clockdrive.best import best
 from clockdrive.configuration import load
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import ConfigurationError, InputError, Refused
 from clockdrive.planning import plan_from, posix, rates_of, resolve
 from pointing.errors import TargetError, Unreachable
 from pointing.targets import FixedAltAz, Star
@@ -59,6 +59,16 @@ def test_a_plan_without_a_drive_is_the_one_that_the_telescope_makes(tmp_path):
     for one, two in zip(made.plan.axes, alone.plan.axes, strict=True):
         assert abs(one.target_counts - two.target_counts) <= 3  # the drive adds its latency
     assert made["posture"] == alone["posture"]
+
+
+def test_a_plan_that_asks_no_unit_says_what_it_took_for_granted():
+    link = {"drive.link": "tcp://127.0.0.1:1", "limits.sun_avoidance_deg": 0.0}
+    site = {"site.latitude_deg": -42.4, "site.longitude_deg": 173.7}
+    with pytest.raises(ConfigurationError, match="latitude_deg and longitude_deg: give both"):
+        plan_from(load(None, {}, link), "Canopus", T0, CENTRE)
+    notes = plan_from(load(None, {}, {**link, **site, "axis1.main_gear": "1/285"}), "Canopus", T0, CENTRE)["notes"]
+    assert "axis2.main_gear" in notes[-1]
+    assert "axis1.main_gear" not in notes[-1]
 
 
 def test_rates_are_given_below_the_horizon_too(planner):
