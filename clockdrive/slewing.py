@@ -222,7 +222,8 @@ class Slewing:
             session.poll()
 
     def _require_landed(self, plan: Plan) -> None:
-        """A slew that ends at rest must end where it was sent."""
+        """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""
+        self._session.poll()
         reading = self._session.synchronised()
         for axis, read in zip(plan.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)

@@ -119,6 +119,16 @@ def backend(
 
 
 @contextmanager
+def interruption_stops(telescope: Backend) -> Iterator[None]:
+    """Stop the telescope when the block is interrupted, between its calls as well as in them."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        telescope.call("stop")
+        raise
+
+
+@contextmanager
 def _told() -> Iterator[None]:
     """Say what went wrong on the way out, and let what went wrong before be the outcome."""
     try:

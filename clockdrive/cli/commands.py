@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from clockdrive.cli import display
-from clockdrive.cli.backend import Backend, backend, configuration_of
+from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
 from clockdrive.configuration_keys import DRIVE_KINDS
@@ -46,7 +46,7 @@ def goto(args: argparse.Namespace) -> None:
     seconds = _seconds(args)
     stay = args.command == "track" or seconds is not None
     leave = not stay and (args.exit or args.json)
-    with backend(args.config, f"goto {_target(args)}") as telescope:
+    with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args))
         if not args.json:
