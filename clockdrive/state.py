@@ -7,7 +7,7 @@ Each event is also a line of the event log. Times are POSIX seconds, given by th
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -164,15 +164,6 @@ class StateStore:
     def parked(self) -> bool:
         """Whether it was parked last."""
         return self._noted("parked") is True
-
-    def record_boot_cookie(self, cookie: Sequence[int], time: float) -> None:
-        """Remember what was written to the drive's volatile registers, to notice a power-cycle."""
-        self._note("boot cookie", list(cookie), time, durable=True)
-
-    def boot_cookie(self) -> tuple[int, ...] | None:
-        """What the drive's volatile registers hold unless it was switched off; None when never written."""
-        cookie = self._noted("boot cookie")
-        return tuple(cookie) if isinstance(cookie, list) else None
 
     # Activity: what was going on if this process should die
 

@@ -50,7 +50,6 @@ def reopened(store: StateStore, telescope: str = "tc410 sim:") -> StateStore:
 def test_a_new_store_knows_nothing(store):
     assert store.last_position() is None
     assert store.activity() is None
-    assert store.boot_cookie() is None
     assert store.simulator() is None
     assert store.learnt("landing") == {}
     assert not store.parked()
@@ -69,7 +68,6 @@ def test_all_records_come_back_after_reopening(store):
     for correction in reversed(corrections):
         store.set_correction(correction)
     store.record_parked(parked=True, time=4.0)
-    store.record_boot_cookie((0x1234, 0xABCD), 5.0)
     store.learn("axis1", {"acceleration_scale": 1.03, "landing_s": 1.5}, 6.0)
     store.record_simulator({"ticks": 2**60, "positions": [1, 2]}, 7.0)
     store.record_event(Event(8.0, "goto", "M1 reached", {"error_arcsec": 0.4}))
@@ -78,7 +76,6 @@ def test_all_records_come_back_after_reopening(store):
         assert again.activity() == activity
         assert again.corrections() == corrections
         assert again.parked()
-        assert again.boot_cookie() == (0x1234, 0xABCD)
         assert again.learnt("axis1") == {"acceleration_scale": 1.03, "landing_s": 1.5}
         assert again.simulator() == ({"ticks": 2**60, "positions": [1, 2]}, 7.0)
         assert again.events() == (Event(8.0, "goto", "M1 reached", {"error_arcsec": 0.4}),)
