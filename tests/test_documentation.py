@@ -47,6 +47,19 @@ def test_every_python_example_is_python(block):
     compile(block, "example", "exec")
 
 
+def test_the_examples_of_the_python_page_run_in_their_order(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path))
+    page = (CHECKOUT / "docs" / "python.md").read_text(encoding="utf-8")
+    names: dict[str, object] = {}
+    for block in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL):
+        exec(compile(block, "docs/python.md", "exec"), names)  # noqa: S102 - our own page
+    assert names["arrival"]["slews"] == 1
+    assert names["plan"].eta.to_value("s") > 0.0
+    assert "horizon" in str(names["told"])
+    assert names["owner"] is None
+    assert 0.0 <= names["azimuth"] <= 360.0
+
+
 def command_lines() -> list[pytest.param]:
     """Return every line of the pages that a person would type to `clockdrive`."""
     found = []
@@ -54,7 +67,7 @@ def command_lines() -> list[pytest.param]:
         text = page.read_text(encoding="utf-8")
         lines = re.findall(r"^(?:.*&& )?(?:\$ )?(?:\S*/)?(clockdrive [^&\n]+)$", text, re.MULTILINE)
         lines += re.findall(r"`(clockdrive [^`\n]+)`", text)
-        found += [(page.relative_to(CHECKOUT), line.split(" #")[0].split(" > ")[0].strip()) for line in lines]
+        found += [(page.relative_to(CHECKOUT), re.split(r" [#>|] ?", line)[0].strip()) for line in lines]
     return [pytest.param(line, id=f"{page} {line}") for page, line in dict.fromkeys(found) if not is_prose(line)]
 
 
