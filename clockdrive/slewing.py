@@ -22,7 +22,7 @@ _SETTLING_PERIOD_S = 0.5
 _SETTLE_S = 15.0
 _MOST_SLEWS = 4
 _LONGEST_JOG_S = 3600.0
-_LINK_LOST_S = 15.0  # after which a slew is given up; the drive ends it by itself
+_LINK_LOST_S = 15.0  # after which a slew is given up
 
 
 @dataclass(frozen=True)
@@ -203,9 +203,10 @@ class Slewing:
         session = self._session
         since = session.link_lost_since
         if since is not None and session.clock.now() - since > _LINK_LOST_S:
-            why = f"the drive has not answered for {_LINK_LOST_S:.0f} s; it ends its slew by itself. Check the link"
-            session.fail(why)
-            raise Refused(why)
+            session.halt(
+                f"the drive has not answered for {_LINK_LOST_S:.0f} s; it ends its slew by itself, and what it does "
+                "then is stopped as soon as it answers. Check the link"
+            )
 
     def _settle(self, pursuit: Pursuit) -> Steps[None]:
         """Let tracking close what is left."""

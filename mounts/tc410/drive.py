@@ -8,12 +8,14 @@ Everything that a command would write is checked before the first of it is sent.
 noted only when the unit has acknowledged it, so that a command cut short can be given again.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.calibration import Learnt
+from mounts.tc410.carried import Carried, by_law, by_velocity
 from mounts.tc410.direct import DirectSpeed, Guardian
 from mounts.tc410.encoders import Encoders
 from mounts.tc410.landing import Landing
@@ -34,6 +36,8 @@ _SLEW, _REMOTE, _TRACK = (
     by_name("velocity_control").mask(name) for name in ("slew_to_target", "remote_control", "tracking")
 )
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
+_UNSEEN_S = 5.0  # without a look, in which the motors may have lost their power and have it back
+_TELLING_RATE = 1.0  # counts/s; a slower axis does not show whether it stood still
 _CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
 _WRITE_CHARACTERS = 27  # of the request that writes a pair
 _ANSWER_CHARACTERS = 19  # of the answer that brings a pair
@@ -88,9 +92,12 @@ class TC410:
         self._notes: list[str] = []
         self._models: tuple[Tc410SlewModel, Tc410SlewModel] | None = None
         self._control = 0
+        self._control_known = True  # else a write of it may have reached the unit, or not
         self._last: Reading | None = None
         self._counts: tuple[float, float] | None = None
-        self._moved = True  # between the last two looks
+        self._moved = (math.inf, math.inf)  # by how many counts, between the last two looks
+        self._powered = True
+        self._looked = math.inf  # POSIX seconds of the last look
         self._slew: SlewWatch | None = None
         self._landing: Landing | None = None
         self._tracked: tuple[TrackedAxis, TrackedAxis] | None = None
@@ -241,12 +248,13 @@ class TC410:
             fate = self._direct.fate
             self.stop(time)
             raise DriveRefused(f"direct speed control was ended: {fate}")
+        if not self._control_known:
+            self._read_control()
         seen = self._seen_with_encoders(self._look())
-        was_slewing = self._slew is not None  # then these positions may be older than the landing
         self._see_slew(seen)
         reading = Reading(
             time=seen.state.time,
-            axes=tuple(self._axis_reading(i, seen, observe=not was_slewing) for i in (0, 1)),
+            axes=tuple(self._axis_reading(i, seen) for i in (0, 1)),
             motion=seen.motion,
             limits=seen.limits,
             alarms=seen.alarms,
@@ -264,20 +272,45 @@ class TC410:
             )
         return reading
 
+    def _read_control(self) -> None:
+        self._control = int(self._unit.read("velocity_control")["velocity_control"])
+        self._control_known = True
+
     def _look(self) -> Look:
         """Read the unit, and judge at once whether its position can be trusted."""
         one, two = (self._unit.read(f"axis{axis}_position", f"axis{axis}_target_position") for axis in _AXES)
         seen = Look((one, two), self._unit.read("slew_flags", "supply_flags"))
-        self._moved, self._counts = seen.counts != self._counts, seen.counts
+        before = self._counts or (-math.inf, -math.inf)
+        self._moved = abs(seen.counts[0] - before[0]), abs(seen.counts[1] - before[1])
+        self._counts = seen.counts
         if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
             self._slew = self._landing = self._tracked = None
-        if not seen.powered:
-            self._trust.may_be_off(_STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes))
+            self._control_known = False
+        unseen = _STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes)
+        if self._powered and not seen.powered:
+            self._trust.moved_unseen(unseen)
+        elif seen.state.time - self._looked > _UNSEEN_S and not self._went_on(seen):
+            self._trust.may_be_off(unseen)
+        self._powered, self._looked = seen.powered, seen.state.time
         return seen
+
+    def _went_on(self, seen: Look) -> bool:
+        """Whether the axes have moved as they should while nobody looked, so that they had power all the time."""
+        if self._slew is not None:
+            return self._slew.is_as_planned(seen.counts, seen.positions)
+        if self._tracked is None or seen.disturbed:
+            return False
+        return (
+            all(
+                axis.expects(counts, values.time)
+                for axis, counts, values in zip(self._tracked, seen.counts, seen.positions, strict=True)
+            )
+            and max(abs(axis.rate) for axis in self._tracked) > _TELLING_RATE
+        )
 
     def _seen_with_encoders(self, seen: Look) -> Look:
         """Compare the encoders with a position that can be trusted; preset one that was lost before, at rest."""
-        if self.encoders.configured == (None, None) or self._slew is not None or self._moved:
+        if self.encoders.configured == (None, None) or self._slew is not None or any(self._moved):
             return seen
         if not self._trust.unsynchronised:
             if self._compare_encoders and not seen.motion:
@@ -291,29 +324,27 @@ class TC410:
                 self._trust.may_be_off(uncertainty)
                 told = max(each.uncertainty_arcsec for each in self.encoders.configured if each is not None)
                 self.encoders.notes = (f"the position was lost and preset from the encoders, to ±{told:.0f}″",)
+                self._look()  # sees them jump, as if they had moved
                 return self._look()
         return seen
 
-    def _axis_reading(self, i: int, seen: Look, *, observe: bool) -> AxisReading:
-        """One axis, carried from its own moment to that of the flags."""
+    def _axis_reading(self, i: int, seen: Look) -> AxisReading:
+        """One axis, carried from its own moment to that of the flags by what is known best of its motion."""
         counts, at, time = seen.counts[i], seen.positions[i], seen.state.time
         slewing = self._slew is not None or seen.slewing[i]
-        uncertainty = self._trust.uncertainty_counts
-        if self._slew is not None and seen.slewing[i]:
-            law = self._slew.axes[i]
-            moved = law.position(time) - law.position(at.time)
-            blur = 0.5 + abs(law.rate(time)) * (at.late_s + seen.state.late_s)
-            return AxisReading(counts + 0.5 + moved, uncertainty + blur, law.rate(time), slewing)
-        rate = 0.0
-        if self._tracked is not None and self._slew is None:
-            tracked = self._tracked[i]
-            if observe:
-                tracked.observe(counts, at.time, at.late_s)
-            if not seen.disturbed:
-                return AxisReading(tracked.at(time), uncertainty + tracked.margin, tracked.rate, slewing)
-        if seen.motion or self._moved:
-            rate = self._axis_register(i + 1, "velocity") * COUNTS_PER_SECOND
-        return AxisReading(counts + 0.5 + rate * (time - at.time), uncertainty + 0.5, rate, slewing)
+        tracked = self._tracked[i] if self._tracked is not None and self._slew is None else None
+        if tracked is not None:
+            tracked.observe(counts, at.time, at.late_s)
+        if tracked is not None and "tracking" in seen.motion and not seen.disturbed:
+            here = Carried(tracked.at(time), tracked.margin_at(time), tracked.rate)
+        elif self._slew is not None and seen.slewing[i] and not seen.disturbed:
+            here = by_law(self._slew.axes[i], counts, at, seen.state)
+        elif seen.motion or self._moved[i]:
+            velocity = self._unit.read(f"axis{i + 1}_velocity")
+            here = by_velocity(self.slew_models[i], seen, velocity, i + 1, self._moved[i])
+        else:
+            here = Carried(counts + 0.5, 0.5, 0.0)
+        return AxisReading(here.counts, self._trust.uncertainty_counts + here.uncertainty, here.rate, slewing)
 
     def _axis_register(self, axis: int, name: str) -> float:
         return self._unit.read(f"axis{axis}_{name}")[f"axis{axis}_{name}"]
@@ -372,13 +403,16 @@ class TC410:
         self._write_control(self._control & ~(_SLEW | _REMOTE))
         self._set_speeds(lowered)
         self._write_targets(targets)
-        for axis, words in zip(_AXES, velocities, strict=True):
+        told = [
             self._unit.write_words(f"axis{axis}_tracking_velocity", words)
+            for axis, words in zip(_AXES, velocities, strict=True)
+        ]
+        turned = told if "tracking" in reading.motion else [None, None]  # a drive that tracks obeys at once
         tracks = any(any(words) for words in velocities)
         began = self._write_control(self._control & ~_TRACK | _SLEW | (_TRACK if tracks else 0))
         if self._unit.exchanges - exchanges == _START_EXCHANGES:  # more when it came from motion, or to a lower speed
             self._learnt = self._learnt.started(began - time)
-        one, two = (self._watch(i, reading, slew, lowered, began) for i, slew in enumerate(axes))
+        one, two = (self._watch(i, reading, slew, lowered, began, turned[i]) for i, slew in enumerate(axes))
         self._slew = SlewWatch((one, two))
         return began
 
@@ -432,14 +466,24 @@ class TC410:
         self._trust.holds(words)
 
     def _watch(
-        self, i: int, reading: Reading, slew: AxisSlew, lowered: Mapping[str, float], began: float
+        self,
+        i: int,
+        reading: Reading,
+        slew: AxisSlew,
+        lowered: Mapping[str, float],
+        began: float,
+        turned: float | None,
     ) -> AxisWatch:
+        """Watch an axis that began to slew; `turned` when it took up its new tracking rate before that."""
         axis, target = reading.axes[i], round(slew.target)
         model = self.slew_models[i]
         model = replace(model, max_velocity=int(lowered.get(f"axis{i + 1}_max_speed", model.max_velocity)))
-        start = axis.counts + axis.rate * (began - reading.time)
-        travel = model.travel(start, target, axis.rate, 0.0)
-        return AxisWatch(model, start, axis.rate, target, travel, slew.rate_after, began)
+        start, rate = axis.counts + axis.rate * (began - reading.time), axis.rate
+        if turned is not None:
+            start += (slew.rate_after - rate) * (began - turned)
+            rate = slew.rate_after
+        travel = model.travel(start, target, rate, 0.0)
+        return AxisWatch(model, start, rate, target, travel, slew.rate_after, began)
 
     def follow(self, path: AxisPath, time: float) -> None:
         """Set the tracking velocities that bring both axes onto the path within a beat.
@@ -454,7 +498,14 @@ class TC410:
         reading = self._ready(self._last or self.read(time))
         if self._tracked is None:
             one, two = (
-                TrackedAxis(axis.counts, reading.time, 0, model.acceleration << 8)
+                TrackedAxis(
+                    axis.counts,
+                    reading.time,
+                    round(axis.rate / COUNTS_PER_SECOND),
+                    model.acceleration << 8,
+                    axis.uncertainty_counts,
+                    axis.uncertainty_counts,
+                )
                 for axis, model in zip(reading.axes, self.slew_models, strict=True)
             )
             self._tracked = (one, two)
@@ -463,14 +514,16 @@ class TC410:
         for axis, tracked, (now, _), (then, _) in zip(_AXES, self._tracked, here, ahead, strict=True):
             velocity = tracked.velocity_for(then, (then - now) / BEAT_S, effective, _CATCH_UP)
             if velocity != tracked.velocity or tracked.doubtful or not self._control & _TRACK:
-                tracked.doubtful = True
+                tracked.attempt(velocity, effective)
                 tracked.command(velocity, self._unit.write(f"axis{axis}_tracking_velocity", velocity))
         if not self._control & _TRACK:
             self._begin_tracking(self._tracked)
 
     def _begin_tracking(self, tracked: tuple[TrackedAxis, TrackedAxis]) -> None:
         """Let the drive ramp from rest to the velocities it has been given."""
+        self._tracked = None  # unless the unit acknowledges it: it may track, or not
         began = self._write_control(self._control | _TRACK)
+        self._tracked = tracked
         for axis in tracked:
             velocity, axis.velocity, axis.time = axis.velocity, 0, began
             axis.command(velocity, began)
@@ -490,7 +543,7 @@ class TC410:
         self._encoded("position", counts)
         if self._slew is not None:
             raise DriveRefused("a slew is under way; `stop`, then sync")
-        self._control = int(self._unit.read("velocity_control")["velocity_control"])
+        self._read_control()
         self._read_models()
         self._set_position(counts, time)
         seen = self._look()
@@ -501,12 +554,17 @@ class TC410:
 
     def _set_position(self, counts: Sequence[float], since: float) -> None:
         """Write both positions, those of the time `since`, read them back, and trust them."""
+        lost = 0.0  # of a count, for the unit takes whole ones
         for axis, value in zip(_AXES, counts, strict=True):
-            pair = self._unit.encoded(f"axis{axis}_position", self._carried(axis, value, since))
+            here = self._carried(axis, value, since)
+            lost = max(lost, abs(here - round(here)))
+            pair = self._unit.encoded(f"axis{axis}_position", here)
             written = self._unit.write_words(f"axis{axis}_position", pair)
             self._check_synchronised(axis, pair, written)
         self._leave_cookie(counts)
         self._trust.synchronised()
+        self._trust.may_be_off(lost)
+        self._powered = True  # motors without power may still settle after it: their loss counts anew
         self._landing = self._tracked = None
         self._compare_encoders = True
 
@@ -611,6 +669,7 @@ class TC410:
             self._unit.close()
 
     def _write_control(self, bits: int) -> float:
+        self._control_known = False
         written = self._unit.write("velocity_control", bits)
-        self._control = bits
+        self._control, self._control_known = bits, True
         return written

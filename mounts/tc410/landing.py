@@ -105,4 +105,5 @@ def _tracked(axis: AxisWatch, since: Interval, supposed: float) -> TrackedAxis:
     ramp = axis.model.acceleration << 8
     tracked = TrackedAxis(axis.target, axis.began + supposed, 0, ramp, below, above)
     tracked.command(round(axis.rate_after / COUNTS_PER_SECOND), tracked.time)
+    tracked.since = axis.began + since.high
     return tracked

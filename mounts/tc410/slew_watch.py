@@ -15,6 +15,7 @@ TIMEOUT_S = 5.0  # by which a slew that goes on has failed
 _RATE_PER_RAMP = 0x100 * COUNTS_PER_SECOND / TICK_S  # counts/s² for 1 in the acceleration register
 _LEAST_RAMP_S = 0.4  # shorter ramps say too little of the acceleration
 _CREPT = 3.0  # counts an axis must have moved on after landing to count as tracking again
+WAIT_S = 2.0 * TICK_S  # by which a start waits for its tick
 _EPSILON_S = TICK_S / 2.0
 
 
@@ -63,6 +64,14 @@ class AxisWatch:
         """How fast the law has it, counts per second."""
         return (self.position(time + _EPSILON_S) - self.position(time - _EPSILON_S)) / (2.0 * _EPSILON_S)
 
+    def astray(self, counts: float, at: Values) -> float:
+        """By how many counts a reading contradicts the law."""
+        return max(0.0, abs(counts + 0.5 - self.position(at.time)) - 0.5)
+
+    def keeps_to_law(self, counts: float, at: Values) -> bool:
+        """Whether a reading is as far from the law as a start that waits for its tick explains."""
+        return self.astray(counts, at) <= abs(self.rate(at.time)) * WAIT_S + 1.0
+
     def has_landed_near(self, counts: float, at: Values) -> bool:
         """Whether the axis stands where an undisturbed slew leaves it, tracking since then included."""
         gone = abs(self.rate_after) * (at.time - self.began - self.landing[0])
@@ -89,9 +98,9 @@ class AxisWatch:
         )
 
     def _see_creep(self, counts: float, elapsed: float) -> None:
-        least = self.rate_after * (elapsed - self.landing[1])
-        if abs(least) > _CREPT:
-            self.creeps = abs(counts + 0.5 - self.target) > abs(least) / 2.0
+        least = abs(self.rate_after) * (elapsed - self.landing[1])  # below zero: read before it may have landed
+        if least > _CREPT:
+            self.creeps = abs(counts + 0.5 - self.target) > least / 2.0
 
 
 @dataclass
@@ -124,6 +133,13 @@ class SlewWatch:
         """Whether both axes have ended their slew."""
         on_target = all(abs(here - axis.target) <= 1.0 for here, axis in zip(counts, self.axes, strict=True))
         return not any(slewing) and (self._seen_slewing or on_target or time > self.due + GRACE_S)
+
+    def is_as_planned(self, counts: tuple[float, float], at: tuple[Values, Values]) -> bool:
+        """Whether both axes are where the law has them, or where they have landed."""
+        return all(
+            axis.keeps_to_law(here, when) or (when.time > self.due and axis.has_landed_near(here, when))
+            for axis, here, when in zip(self.axes, counts, at, strict=True)
+        )
 
     def is_undisturbed(self, counts: tuple[float, float], at: tuple[Values, Values]) -> bool:
         """Whether it ended as slews do, so that it may teach."""

@@ -7,6 +7,8 @@ fed back. The velocity chosen each time brings it onto the path; its rounding st
 dithers neighbouring register values by itself.
 """
 
+import math
+
 from mounts.tc410.interval import Interval
 from mounts.tc410.registers import COUNTS_PER_SECOND, MAX_VELOCITY
 from mounts.tc410.slew import TICK_S
@@ -47,8 +49,9 @@ class TrackedAxis:
         """Counts by which observations have moved the dead reckoning."""
         self.disturbed = False
         """Whether an observation contradicted it."""
-        self.doubtful = False
-        """Whether the last command may not have reached the drive."""
+        self.since = -math.inf
+        """POSIX seconds before which what is observed says nothing of it."""
+        self._doubt: tuple[float, int, int] | None = None
         self._ramp = ramp
 
     @property
@@ -57,17 +60,35 @@ class TrackedAxis:
         return self.velocity * COUNTS_PER_SECOND
 
     @property
+    def doubtful(self) -> bool:
+        """Whether the last command may not have reached the drive."""
+        return self._doubt is not None
+
+    @property
     def margin(self) -> float:
         """Counts by which the position may be off, either way."""
         return max(self.below, self.above)
+
+    def margin_at(self, time: float) -> float:
+        """Counts by which the position may be off at a later time, either way."""
+        slower, faster = self._led(time)
+        return max(self.below + slower, self.above + faster)
 
     def at(self, time: float) -> float:
         """Position in counts at a time, if nothing is commanded."""
         return self.position + self.rate * (time - self.time)
 
+    def expects(self, counts: float, time: float) -> bool:
+        """Whether a count reported at a time agrees with the dead reckoning."""
+        slack = self.margin_at(time) + abs(self.rate) * _CLOCK_ERROR * abs(time - self.time) + _DISTURBED
+        return abs(counts + 0.5 - self.at(time)) <= slack + 0.5
+
     def observe(self, counts: float, time: float, late_s: float = 0.0) -> float:
         """Take a count reported between `time` and `time` + `late_s`; return by how many counts this moved it."""
+        if time < self.since:
+            return 0.0
         expected = self.at(time)
+        self._doubted(time)
         self._widen(abs(self.rate) * _CLOCK_ERROR * abs(time - self.time))
         blur = abs(self.rate) * _JITTER_S
         lowest = counts - blur - max(0.0, self.rate * late_s)
@@ -87,8 +108,32 @@ class TrackedAxis:
         self.below += counts
         self.above += counts
 
+    def attempt(self, velocity: int, time: float) -> None:
+        """Note that the drive may be told another velocity from `time` on, until `command` says that it was."""
+        since, lowest, highest = self._doubt or (time, self.velocity, self.velocity)
+        self._doubt = since, min(lowest, velocity), max(highest, velocity)
+
+    def _led(self, time: float) -> tuple[float, float]:
+        """Counts by which the velocities that the drive may have had could have led it down, and up, by a time."""
+        if self._doubt is None:
+            return 0.0, 0.0
+        since, lowest, highest = self._doubt
+        elapsed = max(0.0, time - since) * COUNTS_PER_SECOND
+        return (self.velocity - lowest) * elapsed, (highest - self.velocity) * elapsed
+
+    def _doubted(self, time: float) -> None:
+        """Take in what doubt there was until a time."""
+        if self._doubt is None:
+            return
+        slower, faster = self._led(time)
+        self.below += slower
+        self.above += faster
+        since, lowest, highest = self._doubt
+        self._doubt = max(time, since), lowest, highest
+
     def command(self, velocity: int, time: float) -> None:
         """Note that the drive ramps to another velocity from `time` on."""
+        self._doubted(time)
         self.position, self.time = self.at(time), time
         change = velocity - self.velocity
         self._widen(abs(change) * COUNTS_PER_SECOND * TICK_S)
@@ -96,7 +141,7 @@ class TrackedAxis:
         if ticks > 1.0:  # a ramp of n ticks is (n − 1)/2 ticks of the change behind a step
             self.position -= change * COUNTS_PER_SECOND * TICK_S * (ticks - 1.0) / 2.0
         self.velocity = velocity
-        self.doubtful = False
+        self._doubt = None
 
     def velocity_for(self, counts: float, rate: float, time: float, largest_catch_up: float) -> int:
         """Velocity register that meets the path.

@@ -117,8 +117,12 @@ class Trust:
         self._cookies = [[_joined(words)] for words in targets]
 
     def may_be_off(self, counts: float) -> None:
-        """Note that the axes may have moved by so much unseen."""
+        """Note that the position may be off by so much."""
         self.uncertainty_counts = max(self.uncertainty_counts, counts)
+
+    def moved_unseen(self, counts: float) -> None:
+        """Note that the axes may have moved by so much unseen, once more."""
+        self.uncertainty_counts += counts
 
     def synchronised(self) -> None:
         """Trust the position from here on."""

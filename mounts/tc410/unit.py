@@ -13,7 +13,7 @@ from statistics import mean, median
 from mounts.tc410.registers import Kind, PositionFormat, Register, RegisterError, at, by_name
 from transports.modbus_ascii import Answer, ModbusAscii
 
-_READ_ANSWER = 11  # characters of a read's answer besides four for each register
+_READ_ANSWER = 11  # characters of a read's answer besides its values
 _WRITE_ANSWER = 17
 _REQUEST = 17  # characters of a request; one that writes a pair has more
 _PAIR_REQUEST = 27
@@ -87,7 +87,7 @@ class Unit:
         answer = self._ask(start.kind, start.address, count)
         words = {row.name: tuple(answer.values[row.address - start.address :][: row.words]) for row in rows}
         values = {row.name: row.decode(words[row.name], self.position_format) for row in rows}
-        return Values(*self._arrival(answer, _READ_ANSWER + 4 * count), values, words)
+        return Values(*self._arrival(answer, _read_answer(start.kind, count)), values, words)
 
     def write(self, name: str, value: float) -> float:
         """Write one register; return the moment the unit had it."""
@@ -117,7 +117,7 @@ class Unit:
         """Read one register's raw words, whatever their position format."""
         row = by_name(name)
         answer = self._ask(row.kind, row.address, row.words)
-        self._arrival(answer, _READ_ANSWER + 4 * row.words)
+        self._arrival(answer, _read_answer(row.kind, row.words))
         return answer.values
 
     def power(self, *, on: bool) -> None:
@@ -150,6 +150,11 @@ class Unit:
         there_and_back = max(0.0, answer.received - answer.sent - characters * self._character_s)
         self._one_way_s = min(self._one_way_s, there_and_back / 2.0)
         return answer.sent + self._one_way_s, there_and_back - 2.0 * self._one_way_s
+
+
+def _read_answer(kind: Kind, count: int) -> int:
+    """Characters of a read's answer: four for a register, two for each eight coils or inputs."""
+    return _READ_ANSWER + (4 * count if kind in {"input", "holding"} else 2 * ((count + 7) // 8))
 
 
 def _between(start: Register, end: Register) -> Iterator[Register]:

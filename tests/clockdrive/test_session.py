@@ -269,6 +269,10 @@ def test_a_slew_over_a_silent_link_is_given_up_with_the_reason(scope, monkeypatc
 
     with pytest.raises(Refused, match="not answered for 15 s"):
         scope.goto("best", cut)
+    monkeypatch.undo()
+    scope.wait(10.0)
+    assert scope.status()["doing"] == "idle"
+    assert not moving(scope)  # nor does it go on to track where nobody follows
 
 
 def test_a_stop_that_does_not_reach_the_drive_is_tried_until_it_does(scope, monkeypatch):
