@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
 from clockdrive.surroundings import Surroundings
-from clockdrive.tc410_assembly import gearings, keys_from, registers, settings
+from clockdrive.tc410_assembly import gearings, keys_from, registers, settings, travel
 from clockdrive.weather_sources import WeatherError
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
@@ -47,10 +47,7 @@ def planner(configuration: Configuration) -> Planner:
         site.latitude_deg, site.longitude_deg, site.height_m, weather=_weather(configuration), name=site.name
     )
     gears = gearings(configuration)
-    axes = tuple(
-        Axis(f"axis{i + 1}", gears[i], math.radians(section.min_deg), math.radians(section.max_deg))
-        for i, section in enumerate(configuration.axes)
-    )
+    axes = tuple(Axis(f"axis{i + 1}", gears[i], *travel(configuration, i)) for i in (0, 1))
     return Planner(
         Sky(place),
         Mount(kind, place.latitude, mount.mount_x_mas * _MAS, mount.mount_y_mas * _MAS),

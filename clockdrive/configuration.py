@@ -6,6 +6,7 @@ of their names; relative paths in a file are taken from the file's folder.
 """
 
 import os
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
@@ -84,7 +85,10 @@ class Configuration:
     @property
     def identity(self) -> str:
         """Names the telescope in the state store: its drive and how it is reached."""
-        return f"{self.drive.kind} {self.drive.link}"
+        link = self.drive.link.removesuffix("?baud=9600")  # the default: one telescope has one name
+        if re.fullmatch(r"COM\d+|/dev/\S+", link, re.IGNORECASE):
+            link = f"serial://{link}"
+        return f"{self.drive.kind} {link.replace('tcp://localhost:', 'tcp://127.0.0.1:')}"
 
     @property
     def state_directory(self) -> Path:

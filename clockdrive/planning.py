@@ -12,6 +12,7 @@ from clockdrive.best import best
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
+from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.mount import POSTURES
@@ -49,17 +50,35 @@ def plan_from(
     ConfigurationError
         The site of a real telescope is left to its unit, which is not asked.
     """
-    left = () if configuration.simulated else configuration.left_to_the_unit()
-    if "site.latitude_deg" in left or "site.longitude_deg" in left:
-        text = "[site] latitude_deg and longitude_deg: give both, a plan from counts asks no unit for them"
-        raise ConfigurationError(configuration.source, [text])
-    planner = planner_of(configuration)
-    around = surroundings_of(configuration, planner, SystemClock())
-    around.open(time)
+    planner, around, left = _without_a_drive(configuration, time)
     plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
     return plan_answer(plan, planner, (*around.notes(plan.arrival, math.asin(plan.observed[2])), *unasked))
+
+
+def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:
+    """Tracking rates of a target; nothing is contacted.
+
+    Raises
+    ------
+    TargetError, ConfigurationError
+        As for `plan_from`.
+    """
+    planner, _, _ = _without_a_drive(configuration, time)
+    return rates_of(planner, resolve(target, planner, time), time)
+
+
+def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
+    """Return what plans under the present air, and the keys that nobody has given and no unit was asked for."""
+    left = () if configuration.simulated else configuration.left_to_the_unit()
+    if "site.latitude_deg" in left or "site.longitude_deg" in left:
+        text = "[site] latitude_deg and longitude_deg: give both, no unit is asked for them here"
+        raise ConfigurationError(configuration.source, [text])
+    planner = planner_of(configuration)
+    around = surroundings_of(configuration, planner, SystemClock())
+    around.open(time)
+    return planner, around, left
 
 
 def rates_of(planner: Planner, target: Target, time: float) -> Answer:

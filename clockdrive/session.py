@@ -30,6 +30,7 @@ _ARCSEC = math.pi / 648_000.0
 _AT_REST = frozenset({"idle", "parked"})
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
+_LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
 
 
@@ -135,9 +136,19 @@ class Session:
         return _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
 
     def follow(self) -> None:
-        """Keep the drive on the target in pursuit, if there is one; a silent link is waited for."""
+        """Keep the drive on the target in pursuit, if there is one; a silent link is waited for.
+
+        Raises
+        ------
+        Refused
+            The target is too far away: a hand or a step of the clock moved one of them; the telescope was stopped.
+        """
         if self.pursuit is None or self.link_lost_since is not None:
             return
+        off = 0.0 if self.reading is None else self.pursuit.error_arcsec(self.reading) / 3600.0
+        if off > _LARGEST_ERROR_DEG:  # no path is checked on the way that tracking would close it
+            name = self.pursuit.target.name
+            self.halt(f"the telescope is {off:.1f}° off {name}, more than {_LARGEST_ERROR_DEG:g}°: `goto` it again")
         try:
             self.drive.follow(self.pursuit, self.clock.now())
         except TransportError as error:
@@ -259,16 +270,16 @@ class Session:
             plan = self.planner.plan(self.displaced(target), self.start(), self.timing())
         return plan
 
-    def plan_at(self, target: Target, time: float) -> Plan:
-        """Plan a slew that would start at another time from where the axes are now, at rest.
+    def whence(self, target: Target, time: float | None) -> tuple[Target, Start, Timing]:
+        """What a plan is made of: from where the axes are now, or at another time from there, at rest.
 
         Raises
         ------
-        Refused, Unreachable
-            As for `plan`.
+        Refused
+            The position is not synchronised.
         """
-        start = Start(time, self.start().counts)
-        return self.planner.plan(self.displaced(target), start, self.timing())
+        start = self.start()
+        return self.displaced(target), start if time is None else Start(time, start.counts), self.timing()
 
     def displaced(self, target: Target) -> Target:
         """The target with the person's offsets."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from mounts.tc410.encoders import Encoder
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name, of_axis
 from mounts.tc410.settings import AxisSettings, TC410Settings
 from pointing.gearing import Gearing
 from pointing.mount import MountType
@@ -72,8 +72,30 @@ def settings(configuration: Configuration) -> TC410Settings:
         position_format=configuration.drive.position_format,
         slew_idle=configuration.drive.slew_idle,
         baud=_baud(configuration),
+        meaning=_meaning(configuration),
         expected=tuple((name, value) for name, value in _named(configuration) if not name.startswith("axis")),
     )
+
+
+def travel(configuration: Configuration, index: int) -> tuple[float, float]:
+    """Lowest and highest angle of an axis, radians, one count inside what its soft limit registers can hold.
+
+    The registers keep the 16 most significant bits, rounded inward: up to 3.9′ of the configured travel is not had.
+    """
+    axis = settings(configuration).axes[index]
+    low, high = of_axis(index + 1, "negative_limit"), of_axis(index + 1, "positive_limit")
+    inside = low.decode(low.encode(axis.lowest_counts)) + 1, high.decode(high.encode(axis.highest_counts)) - 1
+    one, two = sorted(axis.gearing.angle(counts) for counts in inside)
+    return one, two
+
+
+def _meaning(configuration: Configuration) -> str:
+    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
+    if configuration.simulated:
+        return ""
+    axes = (f"{gear.step_deg} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
+    site = configuration.site
+    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
 
 
 def _encoder(configuration: Configuration, index: int) -> Encoder | None:

@@ -156,15 +156,13 @@ class Telescope:
             It is no target; it cannot be reached; the position is not synchronised.
         """
         time = self._time(at)
-        resolved = self._target(target, time)
-        plan = self._control.call(
-            lambda: self._session.plan(resolved) if at is None else self._session.plan_at(resolved, time)
-        )
-        return self._answered(plan)
+        return self._answered(self._planned(self._target(target, time), None if at is None else time))
 
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
         resolved = self._target(target, self.clock.now())
+        self._control.call(self._session.require_free)
+        self._planned(resolved, None)
         arrival = self._perform(self._slewing.goto(resolved, progress))
         return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
 
@@ -339,6 +337,11 @@ class Telescope:
 
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))
+
+    def _planned(self, target: Target, time: float | None) -> Plan:
+        """Plan on the caller's thread: a refusal may search the whole day, and the control thread has a telescope."""
+        wanted, start, timing = self._control.call(lambda: self._session.whence(target, time))
+        return self._session.planner.plan(wanted, start, timing)
 
     def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
         """Make the simulator; a new one starts synchronised at park."""

@@ -34,11 +34,10 @@ def plan(args: argparse.Namespace) -> None:
 
 def rates(args: argparse.Namespace) -> None:
     """Rates need no drive."""
-    from clockdrive import assembly, parse, planning  # noqa: PLC0415 - as in `plan`
+    from clockdrive import parse, planning  # noqa: PLC0415 - as in `plan`
 
     at = parse.utc(args.at or "now", time.time())
-    planner = assembly.planner(configuration_of(args.config))
-    _show(args, planning.rates_of(planner, planning.resolve(_target(args), planner, at), at).json, display.rates_text)
+    _show(args, planning.rates_at(configuration_of(args.config), _target(args), at).json, display.rates_text)
 
 
 def goto(args: argparse.Namespace) -> None:

@@ -26,7 +26,7 @@ from mounts.tc410.slew import Tc410SlewModel
 from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
 from mounts.tc410.tracking import BEAT_S, TrackedAxis
-from mounts.tc410.trust import BY_HAND, DECIDED, RELOADED, Trust
+from mounts.tc410.trust import BY_HAND, DECIDED, REINTERPRETED, RELOADED, Trust
 from mounts.tc410.unit import Unit
 from mounts.tc410.upkeep import Upkeep
 from transports.modbus_ascii import ModbusAscii
@@ -77,6 +77,8 @@ class TC410:
         self._settings = settings
         self._remember = remember
         self._trust = Trust(memory)
+        if not self._trust.unsynchronised and memory.get("meaning", settings.meaning) != settings.meaning:
+            self._trust.lose(REINTERPRETED)
         one, two = settings.axes
         self.encoders = Encoders(
             self._unit,
@@ -142,6 +144,7 @@ class TC410:
         return {
             **self._trust.as_json(),
             "learnt": self._learnt.as_json(),
+            "meaning": self._settings.meaning,
             "restore": dict(self._lowered),
             "encoders": self.encoders.as_json(),
         }
@@ -369,7 +372,7 @@ class TC410:
         if undisturbed:
             self._learnt = self._learnt.idled(slew.axes)
         landing = Landing.of(slew, tracking=bool(self._control & _TRACK), together=self.axes_land_together)
-        self._tracked = landing.tracked
+        self._tracked = landing.tracked if slew.may_have_arrived(seen.counts, seen.positions, seen.state) else None
         self._landing = landing if undisturbed else None
         if set(slew.targets) == {CENTRE}:  # what power-up leaves behind as well: no cookie
             self._write_control(self._control & ~_SLEW)

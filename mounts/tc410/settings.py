@@ -35,3 +35,4 @@ class TC410Settings:
     slew_idle: SlewIdle = "both"
     baud: int | None = None
     expected: tuple[tuple[str, float], ...] = ()
+    meaning: str = ""  # by which counts become places; counts synchronised under another one mean nothing

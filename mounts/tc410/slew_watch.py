@@ -77,6 +77,13 @@ class AxisWatch:
         gone = abs(self.rate_after) * (at.time - self.began - self.landing[0])
         return abs(counts - self.target) <= gone + 1.0
 
+    def may_have_arrived(self, counts: float, at: Values, flags_at: Values) -> bool:
+        """Whether the axis may have covered what was left in the time from its reading to that of the flags."""
+        between = flags_at.time + flags_at.late_s - at.time
+        landing = 0.5 * self.model.deceleration * self.model.acceleration_scale * _RATE_PER_RAMP * between * between
+        gone = abs(self.rate_after) * (flags_at.time + flags_at.late_s - self.began - self.landing[0])
+        return abs(counts - self.target) <= 1.1 * landing + gone + 2.0
+
     def _see_ramp(self, counts: float, at: Values) -> None:
         """A = 2(x − v₀t)/t², the tick-wise sum being n(n + 1)/2 steps.
 
@@ -145,3 +152,10 @@ class SlewWatch:
         """Whether it ended as slews do, so that it may teach."""
         near = all(axis.has_landed_near(here, when) for axis, here, when in zip(self.axes, counts, at, strict=True))
         return near and not self.disturbed
+
+    def may_have_arrived(self, counts: tuple[float, float], at: tuple[Values, Values], flags_at: Values) -> bool:
+        """Whether positions read just before the flags allow that both axes are on their targets by now."""
+        return all(
+            axis.may_have_arrived(here, when, flags_at)
+            for axis, here, when in zip(self.axes, counts, at, strict=True)
+        )

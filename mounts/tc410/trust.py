@@ -17,8 +17,12 @@ POWER_CYCLED = (
 )
 UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
 RELOADED = "the configuration was loaded anew, so counts may mean other angles; `sync` on a known star"
+REINTERPRETED = (
+    "gears, centre, sense, mount type or site were configured anew since the last sync, so counts mean other places; "
+    "`sync` on a known star"
+)
 BY_HAND = "the position register was written by hand; `sync` on a known star"
-DECIDED = frozenset({RELOADED, BY_HAND})  # by a person, so that no encoder undoes it
+DECIDED = frozenset({RELOADED, BY_HAND, REINTERPRETED})  # by a person, so that no encoder undoes it
 _CLOCKS_AGREE = 1.001  # true over measured time, at most
 _JITTER_S = 0.005  # of a position's time
 _ROUNDING_COUNTS = 2.0

@@ -374,7 +374,7 @@ def test_what_is_not_possible_is_refused_before_anything_moves(scope):
         (lambda: scope.jog(1, 99.0, 1.0), Refused, r"99°/s.*4\.\d+°/s"),
         (lambda: scope.jog(1, 0.1, -1.0), Refused, "-1 s: above 0"),
         (lambda: scope.jog(1, 0.1, math.nan), Refused, "nan s: above 0"),
-        (lambda: scope.jog(1, 1.0, 3600.0), Unreachable, "outside -170"),
+        (lambda: scope.jog(1, 1.0, 3600.0), Unreachable, "outside -169.96"),
         (lambda: scope.offset(math.inf, 0.0), Refused, "at most ±3600″"),
         (lambda: scope.offset(0.0, math.nan), Refused, "at most ±3600″"),
         (lambda: scope.offset(4000.0, 0.0), Refused, "4000″: at most ±3600″"),
@@ -398,3 +398,52 @@ def test_a_jog_ends_where_it_was_sent_at_its_speed(tmp_path):
         assert scope.status()["axes"][0]["angle_deg"] - before == pytest.approx(-5.0, abs=1e-3)
         assert scope.clock.now() - began == pytest.approx(10.0, abs=1.5)
         assert scope.status()["doing"] == "idle"
+
+
+# What a position stands for ----------------------------------------------------------------------------------------
+
+
+def test_the_ends_of_the_travel_that_is_planned_with_are_within_the_drives_own_soft_limits(tmp_path):
+    with telescope(tmp_path, axis1__max_deg=40.0) as scope:
+        end = math.degrees(scope._session.planner.axes[0].maximum)
+        assert 0.0 < 40.0 - end < 0.07
+        scope.goto(f"hadec:{end - 1e-3:.6f},-42.4")
+        assert not scope.status()["limits"]
+        with pytest.raises(Unreachable, match=r"outside"):
+            scope.goto("hadec:39.999,-42.4")
+
+
+def test_a_slew_cut_short_from_outside_is_never_taken_for_an_arrival(scope):
+    scope.goto("hadec:-20,-42.4")
+    pulled, wrong = [], []
+
+    def cut(_):
+        pulled.append(1)
+        if len(pulled) == 6:
+            scope.simulator.write_registers(by_name("all_stop").address, [1])
+
+    taken = scope._session.taken
+
+    def compared(reading):
+        if not any(axis.slewing for axis in reading.axes):
+            for number, axis in enumerate(reading.axes, start=1):
+                off = abs(axis.counts - scope.simulator.counted_position(number))
+                # the simulator is at the end of the reading, one request of its own later
+                if off > axis.uncertainty_counts + abs(axis.rate) * 0.1 + 20.0:
+                    wrong.append(off)
+        return taken(reading)
+
+    scope._session.taken = compared
+    arrival = scope.goto("hadec:30,-20", cut)
+    assert arrival["slews"] > 1
+    assert not wrong
+
+
+def test_a_target_that_is_suddenly_far_away_is_not_crept_after(scope):
+    scope.goto("best")
+    far = scope._session.pursuit.moved_to(star_at(scope, 20.0, 40.0, scope.clock.now()))
+    scope._session.pursuit = far
+    scope.wait(3.0)
+    status = scope.status()
+    assert status["doing"] == "idle"
+    assert "more than 2°" in status["trouble"]

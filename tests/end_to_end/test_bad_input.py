@@ -46,7 +46,7 @@ REFUSED = [  # words, exit code, what the sentence says
     ("jog 1 inf --for 1s", 1, ["inf", "above 0 up to"]),
     ("jog 1 99 --for 1s", 1, ["99°/s", "up to 4."]),
     ("jog 1 0.5 --for 0s", 1, ["0 s", "above 0 up to 3600 s"]),
-    ("jog 2 4 --for 3000s", 1, ["outside", "-90.00° to 90.00°"]),
+    ("jog 2 4 --for 3000s", 1, ["outside", "to 89.9"]),
     ("jog 2 0.5 --for -1s", 2, ["no duration"]),
     ("offset inf 0", 1, ["inf", "at most ±3600″"]),
     ("offset nan 0", 1, ["nan", "at most ±3600″"]),

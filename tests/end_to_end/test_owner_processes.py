@@ -62,7 +62,7 @@ def test_status_and_stop_reach_a_goto_from_another_terminal(slewing, served, ans
     process = slewing(eventually)
     assert answer("-c", served.file, "status")["doing"] == "slewing"
     refused = answer("-c", served.file, "goto", NEAR, code=1)
-    assert "another command is moving the telescope" in refused["reason"]
+    assert "the telescope is slewing; wait for it" in refused["reason"]
     assert answer("-c", served.file, "stop")["ok"]
     assert process.ended() == 1
     assert "stopped by command" in process.text

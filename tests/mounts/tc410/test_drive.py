@@ -4,11 +4,16 @@ import math
 import random
 
 import pytest
-from tc410_bench import Bench, OnSky, Straight
+from tc410_bench import T0, Bench, OnSky, Straight
 
+from clockdrive import tc410_assembly
+from clockdrive.clock import VirtualClock
+from clockdrive.configuration import load
 from mounts.drive import AxisSlew, Drive
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
+from mounts.tc410.drive import TC410
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND
+from transports.modbus_ascii import ModbusAscii
 
 TICK_S = 0.002
 
@@ -340,3 +345,24 @@ def test_every_readable_register_is_shown_as_a_person_reads_it() -> None:
     assert shown["power"] == "1"
     assert "save_configuration" not in shown
     assert float(shown["axis1_max_speed"].split()[0]) * COUNTS_PER_SECOND > 1000.0
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"axis1.centre_deg": 1.0},
+        {"axis2.reversed": True},
+        {"axis1.main_gear": "1/288"},
+        {"mount.type": "german"},
+        {"site.latitude_deg": -43.0},
+    ],
+)
+def test_counts_synchronised_under_another_configuration_are_not_trusted(changed):
+    real = {"drive.link": "tcp://127.0.0.1:10001"}
+    before = tc410_assembly.settings(load(None, {}, real))
+    after = tc410_assembly.settings(load(None, {}, {**real, **changed}))
+    nowhere = ModbusAscii(lambda: pytest.fail("nothing is contacted"), VirtualClock(T0))
+    memory = {"unsynchronised": "", "position": [8388608.0, 8388608.0], "time": T0}
+    kept = TC410(nowhere, before, memory).memory
+    assert TC410(nowhere, before, kept).memory["unsynchronised"] == ""
+    assert "configured anew since the last sync" in TC410(nowhere, after, kept).memory["unsynchronised"]
