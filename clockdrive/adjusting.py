@@ -49,8 +49,9 @@ class Adjusting:
         now = session.clock.now()
         here = planner.angles((reading.axes[0].counts, reading.axes[1].counts))
         trusted = not reading.unsynchronised
-        side = posture or (planner.mount.posture(here[1]) if trusted else "normal")
-        (angle1, _), (angle2, _) = planner.track(target, now, side, here if trusted else self._middle())
+        near = here if trusted else self._last_trusted()
+        side = posture or ("normal" if near is None else planner.mount.posture(near[1]))
+        (angle1, _), (angle2, _) = planner.track(target, now, side, near or self._middle())
         moved = math.degrees(max(abs(angle1 - here[0]), abs(angle2 - here[1])))
         if trusted and moved > _LARGEST_SYNC_DEG and not force:
             raise Refused(
@@ -73,6 +74,11 @@ class Adjusting:
         if session.pursuit is not None:
             session.pursuit = Pursuit(planner, _base(session.pursuit.target), side, (angle1, angle2))
         return moved
+
+    def _last_trusted(self) -> tuple[float, float] | None:
+        """Axis angles when the position was last trusted: the telescope still stands in that turn of each axis."""
+        counts = self._session.trusted_counts
+        return None if counts is None else self._session.planner.angles(counts)
 
     def _middle(self) -> tuple[float, float]:
         one, two = self._session.planner.axes

@@ -71,6 +71,7 @@ class Session:
         self.pursuit: Pursuit | None = None
         self.doing = self._at_rest()
         self.reading: Reading | None = None
+        self.trusted_counts: tuple[float, float] | None = None
         self.link_lost_since: float | None = None
         self.trouble = ""
         self._must_stop = False
@@ -185,6 +186,8 @@ class Session:
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
         self.reading = reading
+        if not reading.unsynchronised:
+            self.trusted_counts = _counts(reading)
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
         self.store.record_position(Position(reading.time, _counts(reading), uncertainty, reading.unsynchronised))
         self.remember()

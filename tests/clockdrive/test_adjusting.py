@@ -6,6 +6,7 @@ import pytest
 from telescope_bench import ARCSEC_PER_COUNT, Witness, star_at, telescope
 
 from clockdrive.errors import Refused
+from pointing.targets import FixedAltAz
 from pointing.vectors import azimuth_altitude
 
 
@@ -116,3 +117,19 @@ def test_a_sync_while_tracking_costs_no_more_than_whole_counts_however_slow_the_
         off = off_arcsec(scope, witness, target)
         print(f"{baud or 'no'} baud: {off:.2f}″ off after a sync on what was tracked")
         assert off < math.hypot(1.0, 1.0) * ARCSEC_PER_COUNT
+
+
+def test_a_sync_after_a_power_cycle_keeps_the_turn_in_which_an_axis_stood(tmp_path):
+    wide = {"axis1__min_deg": -270.0, "axis1__max_deg": 270.0}
+    with telescope(tmp_path, mount__type="altaz-fork", **wide) as scope:
+        angles = math.radians(-200.0), math.radians(40.0)  # 160° in the middle turn
+        scope._perform(scope._slewing.to_angles("far", angles, lambda _: None))
+        witness = Witness(scope)
+        before = witness.now()
+        scope.simulator.power_cycle()
+        scope.wait(5.0)
+        assert not scope.status()["synchronised"]
+        x, y, z = scope._session.planner.observed(before)
+        scope.sync(FixedAltAz(math.atan2(y, -x), math.asin(z)))
+        found = [axis["counts"] for axis in scope.status()["axes"]]
+        assert found == pytest.approx(before, abs=2.0)
