@@ -36,7 +36,11 @@ class Guard:
         if doing == "at rest":
             return ""
         reached = sorted(set(reading.limits) - known)
-        return _of_the_drive(reading, reached) or (broken if was_clear or doing == "tracking" else "")
+        return _of_the_drive(reading, reached) or (
+            f"{broken}; `goto` or `park` leads away from there"
+            if broken and (was_clear or doing == "tracking")
+            else ""
+        )
 
 
 def _of_the_drive(reading: Reading, reached: list[str]) -> str:

@@ -28,6 +28,7 @@ _REACTION_S = 6.0  # from the first request of a sound line to a telescope at re
 _GRAZE_S = 1.0  # that a slew, whose path was proven clear, may seem to graze a limit
 _SEEN_S = 3.0  # by which a change has been seen
 _CLOSE_S = 0.0002
+_SHORTEST_S = 2.5  # of what people and supplies do; nobody sees what comes and goes between two looks
 _AT_REST = {"idle", "parked"}
 
 
@@ -56,7 +57,7 @@ class FaultyLine:
         self.unit.advance(t)
         self.before(t)
         if self.state == "torn":
-            raise LinkError("the cable is out, as planned; put it back")
+            raise LinkError("the cable is out, as planned; check it")
         if self.state == "silent":
             return b""
         answer = self.unit.receive(data, t)
@@ -65,7 +66,10 @@ class FaultyLine:
         if self.machine is None:
             answer, self._held = self._held + answer, b""
             return answer
-        pieces = self.machine.pieces(data, answer)
+        try:
+            pieces = self.machine.pieces(data, answer)
+        except LinkError as error:
+            raise LinkError(f"{error}; open it again") from error
         come = self._held + b"".join(piece.data for piece in pieces if piece.late_s == 0.0)
         self._held = b"".join(piece.data for piece in pieces if piece.late_s > 0.0)
         return come
@@ -199,6 +203,8 @@ class Witness:
         slews = "slewing" in sample.sources
         if not broken:
             self._led_in = slews  # if the next sample is outside
+        elif not driven:
+            self._led_in = False
         if not broken or not driven or not (self.line.sound or slews):
             self._outside_since = None
             return
@@ -253,7 +259,7 @@ def _fault(kind, start: float, line: FaultyLine, unit: SimulatedTC410, chance: r
         length = chance.choice((chance.uniform(0.1, 3.0), chance.uniform(3.0, 60.0)))
         begin, end = (lambda: setattr(line, "state", kind)), line.be_whole
     else:
-        length = chance.uniform(1.0, 10.0)
+        length = chance.uniform(_SHORTEST_S, 10.0)
         begin, end = _happening(kind, unit, chance)
     return [Event(start, f"{kind} begins", begin), Event(start + length, f"{kind} ends", end)]
 
@@ -269,8 +275,8 @@ def _happening(kind: str, unit: SimulatedTC410, chance: random.Random) -> Pair:
     hardware = unit.hardware
     happenings: dict[str, Pair] = {
         "power-cycle": (unit.power_cycle, _nothing),
-        "alarm": (lambda: unit.disturb(alarms=(alarm,)), lambda: unit.disturb(alarms=())),
-        "supply cut": (lambda: unit.disturb(alarms=("supply_shut_down",)), lambda: unit.disturb(alarms=())),
+        "alarm": _alarm(unit, alarm),
+        "supply cut": _alarm(unit, "supply_shut_down"),
         "hard limit": (lambda: unit.press_limit(axis, direction), lambda: _release(unit, hardware)),
         "soft limit": _soft_limit(unit, axis, direction),
         "joystick": (lambda: unit.joystick(*stick), lambda: unit.disturb(joystick=None)),
@@ -278,6 +284,20 @@ def _happening(kind: str, unit: SimulatedTC410, chance: random.Random) -> Pair:
         "standby": (lambda: unit.write_coils(0, [False]), _nothing),
     }
     return happenings[kind]
+
+
+def _alarm(unit: SimulatedTC410, alarm: str) -> Pair:
+    """One alarm among those that stand already."""
+
+    def standing() -> list[str]:
+        return list(unit.surroundings.alarms)
+
+    def end() -> None:
+        left = standing()
+        left.remove(alarm)
+        unit.disturb(alarms=tuple(left))
+
+    return (lambda: unit.disturb(alarms=(*standing(), alarm))), end
 
 
 def _nothing() -> None:

@@ -11,12 +11,11 @@ from typing import NamedTuple
 from mounts.tc410.look import Look
 from mounts.tc410.registers import COUNTS_PER_SECOND
 from mounts.tc410.slew import STEPS_PER_TICK, TICK_S, Tc410SlewModel
-from mounts.tc410.slew_watch import WAIT_S, AxisWatch
+from mounts.tc410.slew_watch import STEEPER, WAIT_S, AxisWatch
 from mounts.tc410.unit import Values
 
 STEP_S = TICK_S / STEPS_PER_TICK  # the drive moves in steps of 50 µs
 _RAMP = 0x100 * COUNTS_PER_SECOND / TICK_S  # counts/s² for 1 in the acceleration register
-_STEEPER = 1.25  # real ramps over nominal ones, at most
 
 
 class Carried(NamedTuple):
@@ -45,16 +44,21 @@ def by_law(watch: AxisWatch, counts: float, at: Values, state: Values) -> Carrie
     return Carried(counts + 0.5 + moved, 0.5 + off * elapsed + (abs(rate) + off) * late, rate)
 
 
-def by_velocity(model: Tc410SlewModel, seen: Look, velocity: Values, axis: int, moved: float) -> Carried:
+def by_velocity(
+    model: Tc410SlewModel, seen: Look, velocity: Values, axis: int, moved: tuple[float, float]
+) -> Carried:
     """Carry the count of axis 1 or 2 by its velocity, read after the flags.
 
-    An axis that has moved by d since the look before, in ramps of a, was no faster than √(2 a (d + 1)).
+    An axis that has `moved` by d in the t since the look before, in ramps of a, was no faster than d/t + a t/2, and
+    no faster than √(2 a d) where that ramp is shorter than t. One that stands still may have lost its power, and
+    stopped at once.
     """
     at, state = seen.positions[axis - 1], seen.state
     rate, elapsed = velocity[f"axis{axis}_velocity"] * COUNTS_PER_SECOND, state.time - at.time
-    ramp = _steepest(model)
-    off = min(model.max_rate, sqrt(2.0 * ramp * (moved + 1.0))) + abs(rate)
-    if seen.powered:
+    ramp, (way, since) = _steepest(model), (moved[0] + 1.0, moved[1])
+    since = min(since, sqrt(2.0 * way / ramp)) if since > 0.0 else sqrt(2.0 * way / ramp)
+    off = abs(rate) + min(model.max_rate, way / since + ramp * since / 2.0)
+    if seen.powered and seen.motion and rate:
         off = min(off, ramp * (velocity.time + velocity.late_s - at.time))
     late = at.late_s + state.late_s + STEP_S
     counts = seen.counts[axis - 1] + 0.5 + rate * elapsed
@@ -63,4 +67,4 @@ def by_velocity(model: Tc410SlewModel, seen: Look, velocity: Values, axis: int, 
 
 def _steepest(model: Tc410SlewModel) -> float:
     """The fastest change of velocity, counts/s²."""
-    return max(model.acceleration, model.deceleration) * _RAMP * _STEEPER
+    return max(model.acceleration, model.deceleration) * _RAMP * STEEPER

@@ -23,7 +23,7 @@ from mounts.tc410.look import Look
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, Register, by_name
 from mounts.tc410.settings import TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
-from mounts.tc410.slew_watch import TIMEOUT_S, AxisWatch, SlewWatch
+from mounts.tc410.slew_watch import TELLING_RATE, TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
 from mounts.tc410.tracking import BEAT_S, TrackedAxis
 from mounts.tc410.trust import BY_HAND, DECIDED, REINTERPRETED, RELOADED, Trust
@@ -36,8 +36,7 @@ _SLEW, _REMOTE, _TRACK = (
     by_name("velocity_control").mask(name) for name in ("slew_to_target", "remote_control", "tracking")
 )
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
-_UNSEEN_S = 5.0  # without a look, in which the motors may have lost their power and have it back
-_TELLING_RATE = 1.0  # counts/s; a slower axis does not show whether it stood still
+_UNSEEN_S = 2.5  # without a look, in which the motors may have lost their power and have it back
 _CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
 _WRITE_CHARACTERS = 27  # of the request that writes a pair
 _ANSWER_CHARACTERS = 19  # of the answer that brings a pair
@@ -100,6 +99,8 @@ class TC410:
         self._moved = (math.inf, math.inf)  # by how many counts, between the last two looks
         self._powered = True
         self._looked = math.inf  # POSIX seconds of the last look
+        self._seen_at = (math.inf, math.inf)  # POSIX seconds of the positions then
+        self._since_look = (0.0, 0.0)  # seconds between the last two positions
         self._slew: SlewWatch | None = None
         self._landing: Landing | None = None
         self._tracked: tuple[TrackedAxis, TrackedAxis] | None = None
@@ -285,6 +286,9 @@ class TC410:
         seen = Look((one, two), self._unit.read("slew_flags", "supply_flags"))
         before = self._counts or (-math.inf, -math.inf)
         self._moved = abs(seen.counts[0] - before[0]), abs(seen.counts[1] - before[1])
+        times = seen.positions[0].time, seen.positions[1].time
+        self._since_look = times[0] - self._seen_at[0], times[1] - self._seen_at[1]
+        self._seen_at = times
         self._counts = seen.counts
         if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
             self._slew = self._landing = self._tracked = None
@@ -293,7 +297,7 @@ class TC410:
         if self._powered and not seen.powered:
             self._trust.moved_unseen(unseen)
         elif seen.state.time - self._looked > _UNSEEN_S and not self._went_on(seen):
-            self._trust.may_be_off(unseen)
+            self._trust.may_have_moved_unseen(unseen)
         self._powered, self._looked = seen.powered, seen.state.time
         return seen
 
@@ -308,7 +312,7 @@ class TC410:
                 axis.expects(counts, values.time)
                 for axis, counts, values in zip(self._tracked, seen.counts, seen.positions, strict=True)
             )
-            and max(abs(axis.rate) for axis in self._tracked) > _TELLING_RATE
+            and max(abs(axis.rate) for axis in self._tracked) > TELLING_RATE
         )
 
     def _seen_with_encoders(self, seen: Look) -> Look:
@@ -344,7 +348,7 @@ class TC410:
             here = by_law(self._slew.axes[i], counts, at, seen.state)
         elif seen.motion or self._moved[i]:
             velocity = self._unit.read(f"axis{i + 1}_velocity")
-            here = by_velocity(self.slew_models[i], seen, velocity, i + 1, self._moved[i])
+            here = by_velocity(self.slew_models[i], seen, velocity, i + 1, (self._moved[i], self._since_look[i]))
         else:
             here = Carried(counts + 0.5, 0.5, 0.0)
         return AxisReading(here.counts, self._trust.uncertainty_counts + here.uncertainty, here.rate, slewing)

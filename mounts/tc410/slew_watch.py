@@ -15,6 +15,8 @@ TIMEOUT_S = 5.0  # by which a slew that goes on has failed
 _RATE_PER_RAMP = 0x100 * COUNTS_PER_SECOND / TICK_S  # counts/s² for 1 in the acceleration register
 _LEAST_RAMP_S = 0.4  # shorter ramps say too little of the acceleration
 _CREPT = 3.0  # counts an axis must have moved on after landing to count as tracking again
+TELLING_RATE = 1.0  # counts/s; a slower axis does not show whether it stood still
+STEEPER = 1.25  # real ramps over nominal ones, at most
 WAIT_S = 2.0 * TICK_S  # by which a start waits for its tick
 _EPSILON_S = TICK_S / 2.0
 
@@ -84,6 +86,11 @@ class AxisWatch:
         gone = abs(self.rate_after) * (flags_at.time + flags_at.late_s - self.began - self.landing[0])
         return abs(counts - self.target) <= 1.1 * landing + gone + 2.0
 
+    def has_tracked(self, counts: float, at: Values, landed: float) -> bool:
+        """Whether the axis is where it tracks to when it landed so many seconds from the start, give or take one."""
+        tracked = self.rate_after * (at.time - self.began - landed)
+        return abs(counts + 0.5 - self.target - tracked) <= abs(self.rate_after) + 1.0
+
     def _see_ramp(self, counts: float, at: Values) -> None:
         """A = 2(x − v₀t)/t², the tick-wise sum being n(n + 1)/2 steps.
 
@@ -142,10 +149,13 @@ class SlewWatch:
         return not any(slewing) and (self._seen_slewing or on_target or time > self.due + GRACE_S)
 
     def is_as_planned(self, counts: tuple[float, float], at: tuple[Values, Values]) -> bool:
-        """Whether both axes are where the law has them, or where they have landed."""
-        return all(
-            axis.keeps_to_law(here, when) or (when.time > self.due and axis.has_landed_near(here, when))
-            for axis, here, when in zip(self.axes, counts, at, strict=True)
+        """Whether both axes are where the law has them, or track as they would since it had them land."""
+        seen = list(zip(self.axes, counts, at, strict=True))
+        if all(when.time < self.due for _, _, when in seen):
+            return all(axis.keeps_to_law(here, when) for axis, here, when in seen)
+        return max(abs(axis.rate_after) for axis in self.axes) > TELLING_RATE and any(
+            all(axis.has_tracked(here, when, together or axis.travel.duration) for axis, here, when in seen)
+            for together in (self.due - self.axes[0].began, 0.0)
         )
 
     def is_undisturbed(self, counts: tuple[float, float], at: tuple[Values, Values]) -> bool:

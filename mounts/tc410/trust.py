@@ -42,6 +42,7 @@ class Trust:
     def __init__(self, memory: Mapping[str, object]) -> None:
         self.unsynchronised: str = NEVER
         self.uncertainty_counts = 0.0
+        self._unseen = False  # whether the uncertainty allows for what nobody saw
         self._position: list[float] | None = None
         self._times: tuple[float, float] | None = None
         self._cookies: Cookie | None = None
@@ -55,6 +56,7 @@ class Trust:
         """Take what was remembered, whatever is absent as unknown; what is of another form is an error."""
         self.unsynchronised = _text(memory.get("unsynchronised", NEVER))
         self.uncertainty_counts = _number(memory.get("uncertainty_counts", 0.0))
+        self._unseen = memory.get("unseen") is True
         position, time, cookies = memory.get("position"), memory.get("time"), memory.get("cookies")
         if position is not None:
             self._position = [_number(counts) for counts in _pair(position)]
@@ -68,6 +70,7 @@ class Trust:
         return {
             "unsynchronised": self.unsynchronised,
             "uncertainty_counts": self.uncertainty_counts,
+            "unseen": self._unseen,
             "position": self._position,
             "time": self._times and min(self._times),
             "cookies": self._cookies,
@@ -124,13 +127,19 @@ class Trust:
         """Note that the position may be off by so much."""
         self.uncertainty_counts = max(self.uncertainty_counts, counts)
 
+    def may_have_moved_unseen(self, counts: float) -> None:
+        """Note that the axes may have moved by so much while nobody looked; once, however often that was."""
+        if not self._unseen:
+            self._unseen = True
+            self.moved_unseen(counts)
+
     def moved_unseen(self, counts: float) -> None:
         """Note that the axes may have moved by so much unseen, once more."""
         self.uncertainty_counts += counts
 
     def synchronised(self) -> None:
         """Trust the position from here on."""
-        self.unsynchronised, self.uncertainty_counts = "", 0.0
+        self.unsynchronised, self.uncertainty_counts, self._unseen = "", 0.0, False
         self._position = self._times = None
 
     def lose(self, why: str) -> None:

@@ -120,7 +120,7 @@ def test_a_sync_without_power_leaves_the_motors_their_settling():
     assert bench.drive.read(bench.now).axes[0].uncertainty_counts >= STANDBY_COUNTS
 
 
-@pytest.mark.parametrize("silence_s", [3.0, 12.0])
+@pytest.mark.parametrize("silence_s", [2.0, 12.0])
 def test_a_power_cut_that_nobody_saw_is_allowed_for(silence_s):
     bench = Bench()
     bench.drive.read(bench.now)
