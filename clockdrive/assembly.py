@@ -39,7 +39,7 @@ def planner(configuration: Configuration) -> Planner:
     ConfigurationError
         The configuration asks for what this version does not do.
     """
-    _refuse_what_is_not_there(configuration)
+    refuse_what_is_not_there(configuration)
     site = configuration.site
     mount = configuration.mount
     kind = MountType.from_text(mount.type)
@@ -124,7 +124,7 @@ def drive(
     from transports.modbus_ascii import ModbusAscii  # noqa: PLC0415 - likewise
     from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    _refuse_what_is_not_there(configuration)
+    refuse_what_is_not_there(configuration)
     if device is not None:
         latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
         guardian: Guardian = NobodyBeside()
@@ -148,7 +148,14 @@ def drive(
     return TC410(modbus, settings(configuration), memory, remember, guardian), configuration
 
 
-def _refuse_what_is_not_there(configuration: Configuration) -> None:
+def refuse_what_is_not_there(configuration: Configuration) -> None:
+    """Refuse what this version cannot apply.
+
+    Raises
+    ------
+    ConfigurationError
+        All of it at once.
+    """
     problems = []
     kind = configuration.drive.kind
     if kind != "tc410":

@@ -86,7 +86,8 @@ class Session:
         cut_short = self.store.activity()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            self.note("recovery", f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped")
+            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped"
+            self.note("recovery", self.trouble)
             self.store.end_activity()
         for note in self.drive.notes:
             self.note("drive", note)

@@ -151,7 +151,9 @@ class Slewing:
         speed, most = abs(rate) * per_radian, timing.slew[axis].max_rate
         if not 0.0 < speed <= most:
             highest = math.degrees(most / per_radian)
-            raise Refused(f"a jog at {math.degrees(rate):g}°/s: axis {axis + 1} goes above 0 up to {highest:.3f}°/s")
+            raise Refused(
+                f"a jog at {math.degrees(rate):g}°/s: axis {axis + 1} goes at up to ±{highest:.3f}°/s, and not at 0"
+            )
         plan = session.planner.plan_axes(
             f"jog of axis {axis + 1}", (angles[0], angles[1]), start, _limited(timing, axis, speed)
         )

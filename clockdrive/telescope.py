@@ -75,6 +75,7 @@ class Telescope:
         command: str = "Python",
         line: "Callable[[Device], Device] | None" = None,
     ) -> None:
+        assembly.refuse_what_is_not_there(configuration)
         self.clock = clock or SystemClock()
         self.configuration = configuration
         self._closed = False

@@ -7,6 +7,7 @@ import threading
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import TextIOWrapper
 
 from clockdrive.answers import refusal
 from clockdrive.cli.commands import COMMANDS, Command
@@ -23,6 +24,9 @@ OUR_ERRORS = (ClockdriveError, PointingError, DriveError, TransportError)
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a console that lacks ° or − shows ?, and goes on
     words = shielded(sys.argv[1:] if argv is None else argv)
     args = parser().parse_args(words)
     command: Command = COMMANDS[args.command]
@@ -34,6 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         sys.stderr.close()
+        return FAILED
+    except OSError as error:  # all others are translated where they arise
+        print(f"clockdrive: the output cannot be written: {error.strerror}", file=sys.stderr)
         return FAILED
     except OUR_ERRORS as error:
         return _refused(error, as_json=args.json)

@@ -485,7 +485,7 @@ def by_name(name: str) -> Register:
     try:
         return _BY_NAME[name]
     except KeyError:
-        raise RegisterError(f"the TC410 has no register {name!r}; the names are those of REGISTERS") from None
+        raise RegisterError(f"the TC410 has no register {name!r}; `clockdrive drive show` lists them") from None
 
 
 def of_axis(axis: int, name: str) -> Register:
