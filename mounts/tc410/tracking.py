@@ -17,6 +17,7 @@ BEAT_S = 2.0  # an error on the path is closed over this time
 _CLOCK_ERROR = 1.5e-4  # by which the unit's clock and the host's may run differently
 _JITTER_S = 0.0005  # of the time of a position, besides what the link shows
 _DISTURBED = 1.0  # counts beyond the interval at which something else moved the axis
+_UNSEEN_S = 5.0  # without an observation, after which only the next one counts
 _LEAST_WIDTH = 0.01  # counts
 
 
@@ -96,6 +97,8 @@ class TrackedAxis:
         low, high = max(lowest, expected - self.below), min(highest, expected + self.above)
         if low > high:  # what was known is wrong: only the reading counts
             self.disturbed |= low - high > _DISTURBED
+            low, high = lowest, highest
+        elif time - self.time > _UNSEEN_S:  # it may have stood still for a moment
             low, high = lowest, highest
         position = Interval(low, high).nearest(expected)
         self.position, self.time = position, time

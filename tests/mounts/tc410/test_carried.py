@@ -102,6 +102,14 @@ def test_a_command_whose_answer_is_lost_widens_the_dead_reckoning_until_it_is_kn
     assert not axis.doubtful
 
 
+def test_a_slow_axis_that_nobody_watched_may_have_stood_still():
+    axis = TrackedAxis(1000.5, 0.0, 20, RAMP, 0.01, 0.01)
+    axis.observe(1000, 1.0)
+    assert axis.margin < 0.02
+    axis.observe(1001, 31.0)
+    assert axis.margin > 30.0 * 20 * COUNTS_PER_SECOND
+
+
 def test_each_loss_of_power_may_move_the_axes_again():
     bench = Bench(simulator__standby_steps=0.0)
     for times in (1, 2, 3):
