@@ -231,7 +231,7 @@ class Witness:
         hands = sample.sources - _HOST
         if status["doing"] == "tracking" and status["synchronised"] and not hands and not tracks:
             self.fail(f"status says tracking, but the drive is moved by {', '.join(sample.sources) or 'nothing'}")
-        if status["doing"] in _AT_REST and (tracks or slews) and not self._session._must_stop:
+        if self._session.doing in _AT_REST and (tracks or slews) and not self._session._must_stop:
             self.fail(f"status says {status['doing']}, but the drive is {', '.join(sample.sources)}")
         return status
 
