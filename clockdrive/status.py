@@ -32,8 +32,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
     reading = session.reading
     if reading is None:
         return status
-    if session.doing == "idle" and any(axis.rate for axis in reading.axes):
-        status["doing"] = "coming to rest"
+    status["coming_to_rest"] = session.doing == "idle" and any(axis.rate for axis in reading.axes)
     counts = reading.axes[0].counts, reading.axes[1].counts
     angles = planner.angles(counts)
     direction = planner.mount.observed(*angles)

@@ -91,8 +91,9 @@ def live_line(status: Mapping[str, Any]) -> str:
         return f"{status['doing']}: the drive has not answered yet"
     place, error = status["observed"], status["error_arcsec"]
     off = "" if error is None else f"  {error:.2f}″ off"
+    doing = "coming to rest" if status["coming_to_rest"] else status["doing"]
     return (
-        f"{status['doing']} {status['target'] or ''}  azimuth {place['azimuth_deg']:.4f}°  "
+        f"{doing} {status['target'] or ''}  azimuth {place['azimuth_deg']:.4f}°  "
         f"altitude {place['altitude_deg']:.4f}°{off}"
     )
 
