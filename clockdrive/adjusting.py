@@ -72,7 +72,9 @@ class Adjusting:
         session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″{also}")
         session.taken(session.drive.read(session.clock.now()))
         if session.pursuit is not None:
-            session.pursuit = Pursuit(planner, _base(session.pursuit.target), side, (angle1, angle2))
+            session.pursuit = Pursuit(
+                planner, _base(session.pursuit.target), side, (angle1, angle2), session.drive.leading
+            )
         return moved
 
     def _last_trusted(self) -> tuple[float, float] | None:
@@ -126,7 +128,7 @@ class Adjusting:
         session = self._session
         if session.pursuit is not None:
             base = _base(session.pursuit.target)
-            session.pursuit = session.pursuit.moved_to(session.displaced(base))
+            session.pursuit = session.pursuit.moved_to(session.displaced(base), session.clock.now())
 
 
 def _base(target: Target) -> Target:

@@ -11,8 +11,13 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from mounts.tc410.registers import COUNTS_PER_SECOND
+from pointing.limits import Check
+from pointing.next_limit import next_limit
+from pointing.pass_plan import PassPlan, planned_pass
 from pointing.plan import AxisPlan, AxisState, Plan
 from pointing.planner import Planner
+from pointing.targets import Target
+from pointing.trajectory import Trajectory
 from pointing.vectors import Vector, azimuth_altitude, horizon_to_equatorial, hour_angle_declination
 
 if TYPE_CHECKING:
@@ -87,8 +92,15 @@ class PlanAnswer(Answer):
         )
 
 
-def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = ()) -> PlanAnswer:
-    """Put a plan into the form of `plan --json`."""
+@dataclass(frozen=True)
+class PassAnswer(Answer):
+    """The pass of a satellite that is not up yet: where to wait, when both axes go along with it, what is lost."""
+
+    ahead: PassPlan
+
+
+def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = (), target: Target | None = None) -> PlanAnswer:
+    """Put a plan into the form of `plan --json`; of the target it tells when tracking it meets a limit."""
     return PlanAnswer(
         {
             "ok": True,
@@ -100,10 +112,75 @@ def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = ()) -> Plan
             "observed": observed(plan.observed, planner.mount.latitude),
             "axes": [_axis(axis) for axis in plan.axes],
             "checks": [{"name": check.name, "ok": check.ok, "detail": check.detail} for check in plan.checks],
+            **_afterwards(plan, planner, target),
             "notes": list(notes),
         },
         plan,
     )
+
+
+def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str, Any]:
+    if target is None:
+        return {}
+    angles = plan.axes[0].angle, plan.axes[1].angle
+    if plan.trajectory is not None:
+        return {"pass": _pass(planned_pass(plan.trajectory, plan.arrival, angles), planner)}
+    return {"next_limit": limit_answer(next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival))}
+
+
+def limit_answer(found: tuple[float, Check] | None) -> dict[str, Any] | None:
+    """Say when the next limit is met, and which; None when it is not within a day."""
+    return None if found is None else {"name": found[1].name, "utc": utc(found[0]), "detail": found[1].detail}
+
+
+def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[str] = ()) -> PassAnswer:
+    """Put the pass of a target that is not up yet into the form of `plan --json`, as if started at `time`."""
+    state = ahead.trajectory.angles(ahead.joined)
+    return PassAnswer(
+        {
+            "ok": True,
+            "target": ahead.target,
+            "start_utc": utc(time),
+            "arrival_utc": utc(ahead.joined),
+            "eta_s": round(ahead.joined - time, 6),
+            "posture": ahead.posture,
+            "observed": observed(planner.mount.observed(state[0][0], state[1][0]), planner.mount.latitude),
+            "axes": [
+                {
+                    "name": axis.name,
+                    "angle_deg": math.degrees(angle),
+                    "target_counts": round(axis.gearing.counts(angle)),
+                    "rate_deg_s": math.degrees(rate),
+                    "velocity_register": velocity_register(rate * axis.gearing.counts_per_radian),
+                }
+                for axis, (angle, rate) in zip(planner.axes, state, strict=True)
+            ],
+            "checks": [],
+            "pass": _pass(ahead, planner),
+            "notes": [f"not up yet: wait at the axis angles of `pass` until {utc(ahead.reachable)}", *notes],
+        },
+        ahead,
+    )
+
+
+def _pass(found: PassPlan, planner: Planner) -> dict[str, Any]:
+    return {
+        "reachable_utc": utc(found.reachable),
+        "joined_utc": utc(found.joined),
+        "ends_utc": utc(found.ends),
+        "limit": None if found.limit is None else found.limit.detail,
+        "posture": found.posture,
+        "wait": {
+            axis.name: {"angle_deg": math.degrees(angle), "counts": round(axis.gearing.counts(angle))}
+            for axis, angle in zip(planner.axes, found.wait, strict=True)
+        },
+        "lost": [
+            {"begin_utc": utc(begin), "end_utc": utc(end), "seconds": round(end - begin, 3)}
+            for begin, end in found.lost
+        ],
+        "lost_s": round(found.lost_s, 3),
+        "followed_s": round(found.followed_s, 3),
+    }
 
 
 def arrival_answer(arrival: "Arrival", planner: Planner, notes: Sequence[str] = ()) -> Answer:

@@ -73,7 +73,8 @@ def surroundings(configuration: Configuration, planned: Planner, clock: "Clock")
 
 def timing(configuration: Configuration) -> Timing:
     """How the configured drive moves by its own law, with nothing learnt."""
-    from mounts.tc410.slew import Tc410SlewModel  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.tc410.leading import leading_of  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.tc410.slew import Tc410SlewModel  # noqa: PLC0415 - likewise
 
     wanted = registers(configuration)
     one, two = (
@@ -84,7 +85,7 @@ def timing(configuration: Configuration) -> Timing:
         )
         for axis in (1, 2)
     )
-    return Timing((one, two), together=configuration.drive.slew_idle == "both")
+    return Timing((one, two), together=configuration.drive.slew_idle == "both", leading=leading_of((one, two)))
 
 
 def drive(

@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 
 from clockdrive.control import Steps
 from clockdrive.errors import Refused
+from clockdrive.safety import rests_at
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report
 from clockdrive.state import Activity
 from mounts.drive import Reading
-from pointing.slew import SlewModel
 
 _PERIOD_S = 0.1
-_CYCLES = 2.0  # may pass until a stop is in force
 _LONGEST_S = 600.0
-_SAMPLES = 40
 _AT_REST = 0.5  # counts/s
 _STOPPING_S = 15.0  # beyond what the deceleration takes
 
@@ -125,14 +123,9 @@ class DirectSpeed:
     def _look_ahead(self, reading: Reading) -> None:
         """Stop while the telescope can still come to rest where it may stand."""
         session = self._session
-        one, two = (
-            axis.counts + axis.rate * _CYCLES * _PERIOD_S + _stopping(model, axis.rate)
-            for axis, model in zip(reading.axes, session.timing().slew, strict=True)
-        )
-        checks = session.planner.standing(session.planner.angles((one, two)), reading.time)
-        broken = "; ".join(check.detail for check in checks if not check.ok)
-        if broken:
-            session.halt(f"direct speed control was stopped before it would lead out of what is allowed: {broken}")
+        rests = rests_at(reading, session.timing().slew, _PERIOD_S)
+        if why := session.guard.why_stop(reading, session.doing, rests):
+            session.halt(f"direct speed control was {why}" if why.startswith("stopped") else why)
 
     def _ramp_down(self) -> Steps[None]:
         session = self._session
@@ -145,12 +138,6 @@ class DirectSpeed:
                 return
             if session.clock.now() > deadline:
                 session.halt(f"the axes still move {_STOPPING_S:.0f} s after they were slowed down; all was stopped")
-
-
-def _stopping(model: SlewModel, rate: float) -> float:
-    """Counts in which an axis comes to rest from `rate`: how far it overshoots a target where it is."""
-    travel = model.travel(0.0, 0.0, rate, 0.0)
-    return max((travel.position(travel.duration * i / _SAMPLES) for i in range(_SAMPLES)), key=abs)
 
 
 def _counts(reading: Reading) -> tuple[float, float]:

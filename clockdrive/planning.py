@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from clockdrive import parse
-from clockdrive.answers import Answer, PlanAnswer, plan_answer, rates_answer
+from clockdrive.answers import Answer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
 from clockdrive.assembly import planner as planner_of
 from clockdrive.assembly import surroundings as surroundings_of
 from clockdrive.assembly import timing as timing_of
@@ -13,12 +13,14 @@ from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
 from clockdrive.surroundings import Surroundings
-from pointing.errors import TargetError
+from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
 from pointing.mount import POSTURES
-from pointing.plan import Start
+from pointing.pass_plan import PassPlan, is_fast, pass_plan
+from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
 from pointing.targets import Star, Target
+from pointing.vectors import Vector
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -40,7 +42,7 @@ _DECIDING = frozenset(
 
 def plan_from(
     configuration: Configuration, target: "TargetLike", time: float, counts: tuple[float, float]
-) -> PlanAnswer:
+) -> PlanAnswer | PassAnswer:
     """Plan a slew from given counts with the configured law of motion; nothing is contacted.
 
     Raises
@@ -51,10 +53,51 @@ def plan_from(
         The site of a real telescope is left to its unit, which is not asked.
     """
     planner, around, left = _without_a_drive(configuration, time)
-    plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
+    resolved = resolve(target, planner, time)
+    found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
-    return plan_answer(plan, planner, (*around.notes(plan.arrival, math.asin(plan.observed[2])), *unasked))
+    return answered(found, time, planner, around, resolved, unasked)
+
+
+def plan_or_pass(planner: Planner, target: Target, start: Start, timing: Timing) -> Plan | PassPlan:
+    """Plan a slew, or the pass of a satellite that is not up yet.
+
+    Raises
+    ------
+    Unreachable
+        It cannot be reached now; a pass is planned only of what is too fast to be met at rest.
+    """
+    try:
+        return planner.plan(target, start, timing)
+    except Unreachable as refusal:
+        up, leading = refusal.reachable, timing.leading
+        if up is None or leading is None or not is_fast(planner, target, up):
+            raise
+        ahead = pass_plan(planner, target, up, leading)
+        if ahead is None:
+            raise
+        return ahead
+
+
+def answered(
+    found: Plan | PassPlan,
+    time: float,
+    planner: Planner,
+    around: Surroundings,
+    target: Target,
+    notes: tuple[str, ...] = (),
+) -> PlanAnswer | PassAnswer:
+    """Put a plan or a pass, asked for at `time`, into words and numbers."""
+    if isinstance(found, Plan):
+        return plan_answer(found, planner, (*around.notes(found.arrival, _altitude(found.observed)), *notes), target)
+    (one, _), (two, _) = found.trajectory.angles(found.joined)
+    altitude = _altitude(planner.mount.observed(one, two))
+    return pass_answer(found, time, planner, (*around.notes(found.joined, altitude), *notes))
+
+
+def _altitude(observed: Vector) -> float:
+    return math.asin(max(-1.0, min(1.0, observed[2])))
 
 
 def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:

@@ -6,8 +6,10 @@ from mounts.drive import Reading
 from pointing.instant import Instant
 from pointing.limits import separation
 from pointing.mount import Posture
+from pointing.plan import AxisState, Leading, Start
 from pointing.planner import Planner
 from pointing.targets import Target
+from pointing.trajectory import LED_ABOVE, LED_UNTIL, Trajectory
 
 
 class Pursuit:
@@ -23,30 +25,62 @@ class Pursuit:
         The posture to keep.
     near : tuple of float
         Axis angles, radians; windings stay the nearest to where the axes were last asked to be.
+    leading : Leading, optional
+        What the drive can be led along; without it every target is left to the drive's own tracking.
+    trajectory : Trajectory, optional
+        The way to the target that has been planned, where the axes are led to it.
     """
 
-    def __init__(self, planner: Planner, target: Target, posture: Posture, near: tuple[float, float]) -> None:
+    def __init__(
+        self,
+        planner: Planner,
+        target: Target,
+        posture: Posture,
+        near: tuple[float, float],
+        leading: Leading | None = None,
+        trajectory: Trajectory | None = None,
+    ) -> None:
         self._planner = planner
         self.target = target
         self.posture = posture
-        self._near = near
+        self._leading = leading
+        self._trajectory = trajectory or Trajectory(planner, target, posture, near)
 
-    def angles(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
-        """(angle, rate) of each axis at POSIX `time`, radians and radians per second."""
-        state = self._planner.track(self.target, time, self.posture, self._near)
-        self._near = (state[0][0], state[1][0])
-        return state
+    @property
+    def led(self) -> bool:
+        """Whether the axes are led, for the target is too fast to be left to the drive alone."""
+        return self._trajectory.leading is not None
 
-    def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    def angles(self, time: float) -> AxisState:
+        """(angle, rate) of each axis at POSIX `time`, radians and radians per second.
+
+        Raises
+        ------
+        TargetError
+            The target has no place then.
+        """
+        return self._trajectory.angles(time)
+
+    def at(self, time: float) -> AxisState:
         """(counts, counts per second) of each axis at POSIX `time`."""
-        one, two = (
-            (axis.gearing.counts(angle), rate * axis.gearing.counts_per_radian)
-            for axis, (angle, rate) in zip(self._planner.axes, self.angles(time), strict=True)
-        )
-        return one, two
+        return self._trajectory.at(time)
+
+    def adapt(self, time: float) -> bool:
+        """Begin or end to lead the axes as the target has become fast or slow; return whether that changed."""
+        state = self.angles(time)
+        fastest, led = max(abs(rate) for _, rate in state), self.led
+        if led and fastest < LED_UNTIL and self._trajectory.is_joined(time):
+            self._trajectory = Trajectory(self._planner, self.target, self.posture, _places(state))
+        elif not led and fastest > LED_ABOVE and self._leading is not None:
+            self._trajectory = Trajectory(self._planner, self.target, self.posture, _places(state), self._leading)
+        return self.led != led
+
+    def is_joined(self, time: float) -> bool:
+        """Whether both axes are supposed to be on the target, and not on their way to it."""
+        return self._trajectory.is_joined(time)
 
     def errors(self, reading: Reading) -> tuple[float, float]:
-        """By how many counts each axis is ahead of the target."""
+        """By how many counts each axis is ahead of where it should be."""
         (one, _), (two, _) = self.at(reading.time)
         return reading.axes[0].counts - one, reading.axes[1].counts - two
 
@@ -56,6 +90,24 @@ class Pursuit:
         points = self._planner.observed((reading.axes[0].counts, reading.axes[1].counts))
         return math.degrees(separation(points, self.target.observed_with_rate(frame)[0])) * 3600.0
 
-    def moved_to(self, target: Target) -> "Pursuit":
-        """Follow another target from here, in the same posture."""
-        return Pursuit(self._planner, target, self.posture, self._near)
+    def astray_arcsec(self, reading: Reading) -> float:
+        """Angle on the sky between where the telescope points and where it should, on its way to the target too."""
+        (one, _), (two, _) = self.angles(reading.time)
+        points = self._planner.observed((reading.axes[0].counts, reading.axes[1].counts))
+        return math.degrees(separation(points, self._planner.mount.observed(one, two))) * 3600.0
+
+    def moved_to(self, target: Target, time: float) -> "Pursuit":
+        """Follow another target from here, in the same posture; axes under way to it go on from where they are."""
+        state = self.angles(time)
+        moved = Pursuit(self._planner, target, self.posture, _places(state), self._leading)
+        if self._trajectory.leading is not None:
+            (one, rate1), (two, rate2) = self.at(time)
+            start = None if self._trajectory.is_joined(time) else Start(time, (one, two), (rate1, rate2))
+            moved._trajectory = Trajectory(
+                self._planner, target, self.posture, _places(state), self._trajectory.leading, start
+            )
+        return moved
+
+
+def _places(state: AxisState) -> tuple[float, float]:
+    return state[0][0], state[1][0]

@@ -1,7 +1,28 @@
 """What stops the telescope, whoever moves it: asked of every reading."""
 
+from collections.abc import Sequence
+
 from mounts.drive import Reading
 from pointing.planner import Planner
+from pointing.slew import SlewModel
+
+_CYCLES = 2.0  # may pass until a stop is in force
+_SAMPLES = 40
+
+
+def rests_at(reading: Reading, models: Sequence[SlewModel], period_s: float) -> tuple[float, float]:
+    """Counts at which both axes would come to rest if they were stopped at the next reading, `period_s` later."""
+    one, two = (
+        axis.counts + axis.rate * _CYCLES * period_s + _stopping(model, axis.rate)
+        for axis, model in zip(reading.axes, models, strict=False)
+    )
+    return one, two
+
+
+def _stopping(model: SlewModel, rate: float) -> float:
+    """Counts in which an axis comes to rest from `rate`: how far it overshoots a target where it is."""
+    travel = model.travel(0.0, 0.0, rate, 0.0)
+    return max((travel.position(travel.duration * i / _SAMPLES) for i in range(_SAMPLES)), key=abs)
 
 
 class Guard:
@@ -17,7 +38,7 @@ class Guard:
         self._was_clear = False
         self._known_limits: set[str] = set()
 
-    def why_stop(self, reading: Reading, doing: str) -> str:
+    def why_stop(self, reading: Reading, doing: str, rests: tuple[float, float] | None = None) -> str:
         """The reason to stop, with its bound and what to do; empty when there is none.
 
         Parameters
@@ -26,6 +47,8 @@ class Guard:
             What the drive says.
         doing : str
             "at rest", "tracking", or a slew, whose path was checked before it began.
+        rests : tuple of float, optional
+            Counts at which it would come to rest, where nothing else ends the motion in time.
         """
         counts = reading.axes[0].counts, reading.axes[1].counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
@@ -36,11 +59,16 @@ class Guard:
         if doing == "at rest":
             return ""
         reached = sorted(set(reading.limits) - known)
-        return _of_the_drive(reading, reached) or (
-            f"{broken}; `goto` or `park` leads away from there"
-            if broken and (was_clear or doing == "tracking")
-            else ""
-        )
+        if why := _of_the_drive(reading, reached):
+            return why
+        if broken:
+            return f"{broken}; `goto` or `park` leads away from there" if was_clear or doing == "tracking" else ""
+        return "" if rests is None else self._why_ahead(rests, reading.time)
+
+    def _why_ahead(self, rests: tuple[float, float], time: float) -> str:
+        checks = self._planner.standing(self._planner.angles(rests), time)
+        broken = "; ".join(check.detail for check in checks if not check.ok)
+        return f"stopped before it would lead out of what is allowed: {broken}" if broken else ""
 
 
 def _of_the_drive(reading: Reading, reached: list[str]) -> str:

@@ -13,11 +13,13 @@ from typing import NoReturn
 from clockdrive.corrections import OFFSETS
 from clockdrive.errors import Refused, StateError
 from clockdrive.pursuit import Pursuit
-from clockdrive.safety import Guard
+from clockdrive.safety import Guard, rests_at
 from clockdrive.state import Activity, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
+from pointing.errors import TargetError
+from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
@@ -31,7 +33,10 @@ _AT_REST = frozenset({"idle", "parked"})
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
+_LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
+_NOT_LED = "is slow again: it is left to the drive's own tracking"
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
+_STALE_LED_S = 0.3  # one whose motion begins later by itself may take longer
 
 
 class Session:
@@ -75,7 +80,8 @@ class Session:
         self.link_lost_since: float | None = None
         self.trouble = ""
         self._must_stop = False
-        self._guard = Guard(planner)
+        self._period = _IDLE_PERIOD_S  # to the next reading
+        self.guard = Guard(planner)
 
     # Opening and closing ---------------------------------------------------------------------------------------
 
@@ -125,7 +131,7 @@ class Session:
             if self._must_stop:
                 self._try_to_stop()
             self.poll()
-            self.follow()
+            return self.follow()
         except Refused:
             pass  # it was stopped, and `trouble` says why
         except (DriveError, StateError) as error:
@@ -137,24 +143,35 @@ class Session:
             )
         return _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
 
-    def follow(self) -> None:
-        """Keep the drive on the target in pursuit, if there is one; a silent link is waited for.
+    def follow(self) -> float:
+        """Keep the drive on the target in pursuit, if there is one; return the seconds until that is due again.
+
+        A silent link is waited for.
 
         Raises
         ------
         Refused
-            The target is too far away: a hand or a step of the clock moved one of them; the telescope was stopped.
+            The telescope is too far off its way: a hand or a step of the clock moved one of them; or the target has
+            no place any more. The telescope was stopped.
         """
+        self._period = _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
         if self.pursuit is None or self.link_lost_since is not None:
-            return
-        off = 0.0 if self.reading is None else self.pursuit.error_arcsec(self.reading) / 3600.0
-        if off > _LARGEST_ERROR_DEG:  # no path is checked on the way that tracking would close it
-            name = self.pursuit.target.name
-            self.halt(f"the telescope is {off:.1f}° off {name}, more than {_LARGEST_ERROR_DEG:g}°: `goto` it again")
+            return self._period
+        name, now = self.pursuit.target.name, self.clock.now()
         try:
-            self.drive.follow(self.pursuit, self.clock.now())
+            off = 0.0 if self.reading is None else self.pursuit.astray_arcsec(self.reading) / 3600.0
+            if off > _LARGEST_ERROR_DEG:  # no path is checked on the way that tracking would close it
+                self.halt(
+                    f"the telescope is {off:.1f}° off {name}, more than {_LARGEST_ERROR_DEG:g}°: `goto` it again"
+                )
+            if self.pursuit.adapt(now):
+                self.note("tracking", f"{name} {_LED if self.pursuit.led else _NOT_LED}")
+            self._period = self.drive.follow(self.pursuit, now)
+        except TargetError as error:
+            self.halt(str(error))
         except TransportError as error:
             self._link_lost(error)
+        return self._period
 
     def poll(self) -> Reading | None:
         """Read the drive and check it; None while the link is silent.
@@ -180,9 +197,18 @@ class Session:
         return reading
 
     def _guarded(self, reading: Reading) -> None:
-        why = self._guard.why_stop(reading, "at rest" if self.doing in _AT_REST else self.doing)
+        why = self.guard.why_stop(reading, "at rest" if self.doing in _AT_REST else self.doing, self._rests(reading))
         if why:
             self.halt(why)
+
+    def _rests(self, reading: Reading) -> tuple[float, float] | None:
+        """Counts that must be allowed: where it would come to rest, or soon be on a way that turns by itself."""
+        if self.pursuit is None:
+            return None
+        if self.pursuit.is_joined(reading.time):
+            return rests_at(reading, self.drive.slew_models, self._period)
+        (one, _), (two, _) = self.pursuit.at(reading.time + 2.0 * self._period)
+        return one, two
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
@@ -248,7 +274,7 @@ class Session:
     def timing(self) -> Timing:
         """How the drive moves, with all that has been learnt of it."""
         one, two = self.drive.slew_models[:2]
-        return Timing((one, two), self.drive.start_latency, self.drive.axes_land_together)
+        return Timing((one, two), self.drive.start_latency, self.drive.axes_land_together, self.drive.leading)
 
     def start(self) -> Start:
         """Where the axes are now."""
@@ -258,8 +284,8 @@ class Session:
         one, two = reading.axes[:2]
         return Start(now, (one.counts + one.rate * ahead, two.counts + two.rate * ahead), (one.rate, two.rate))
 
-    def plan(self, target: Target) -> Plan:
-        """Plan a slew from here and now.
+    def plan(self, target: Target, posture: Posture | None = None) -> Plan:
+        """Plan a slew from here and now, in a posture or in the best.
 
         Raises
         ------
@@ -269,9 +295,10 @@ class Session:
             Nothing allowed leads there.
         """
         self.start()
-        plan = self.planner.plan(self.displaced(target), self.start(), self.timing())
-        if self.clock.now() - plan.start > _STALE_PLAN_S:  # the first plan of a process builds its tables
-            plan = self.planner.plan(self.displaced(target), self.start(), self.timing())
+        plan = self.planner.plan(self.displaced(target), self.start(), self.timing(), posture)
+        stale = _STALE_PLAN_S if plan.trajectory is None else _STALE_LED_S
+        if self.clock.now() - plan.start > stale:  # the first plan of a process builds its tables
+            plan = self.planner.plan(self.displaced(target), self.start(), self.timing(), plan.posture)
         return plan
 
     def whence(self, target: Target, time: float | None) -> tuple[Target, Start, Timing]:
@@ -333,8 +360,9 @@ class Session:
     def pursue(self, target: Target, plan: Plan) -> Pursuit:
         """Follow a target from the end of a slew on."""
         angles = plan.axes[0].angle, plan.axes[1].angle
-        self.pursuit = Pursuit(self.planner, self.displaced(target), plan.posture, angles)
-        self.now_doing("tracking", target.name)
+        self.pursuit = Pursuit(
+            self.planner, self.displaced(target), plan.posture, angles, self.drive.leading, plan.trajectory
+        )
         return self.pursuit
 
     def stop(self) -> None:

@@ -1,15 +1,18 @@
 """The commands that take time: goto, park, home, jog. Each is a run of steps in the control loop's foreground."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+from clockdrive.answers import utc
 from clockdrive.control import Steps
 from clockdrive.errors import Refused
 from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Activity
-from mounts.drive import AxisSlew
+from mounts.drive import AxisSlew, Reading
+from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
 
@@ -23,6 +26,8 @@ _SETTLE_S = 15.0
 _MOST_SLEWS = 4
 _LONGEST_JOG_S = 3600.0
 _LINK_LOST_S = 15.0  # after which a slew is given up
+_WAITING_PERIOD_S = 1.0
+_UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
 
 @dataclass(frozen=True)
@@ -72,8 +77,10 @@ class Slewing:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def goto(self, target: Target, report: Report) -> Steps[Arrival]:
+    def goto(self, target: Target, report: Report, ahead: PassPlan | None = None) -> Steps[Arrival]:
         """Slew to a target and track it; slew again only when the first did not hit.
+
+        A fast target that is not up yet is waited for where its pass, `ahead`, begins.
 
         Raises
         ------
@@ -83,16 +90,23 @@ class Slewing:
         session = self._session
         session.require_free()
         session.poll()
+        if ahead is not None:
+            yield from self._wait_for(target, ahead, report)
+        posture = None if ahead is None else ahead.posture
         plans: list[Plan] = []
         error = math.inf
         while error > _ABSORBED_ARCSEC:
             if len(plans) == _MOST_SLEWS:
                 off = f"still {error:.0f}″ off after {_MOST_SLEWS} slews"
                 session.halt(f"{target.name}: {off}; check gears, clutches and what blocks the telescope")
-            plans.append(session.plan(target))
-            yield from self._slew(plans[-1], "slewing", report)
+            plans.append(session.plan(target, posture))
+            if plans[-1].trajectory is None:
+                yield from self._slew(plans[-1], "slewing", report)
+                pursuit = session.pursue(target, plans[-1])
+            else:
+                pursuit = yield from self._lead(target, plans[-1], report)
             landed = session.synchronised()
-            pursuit = session.pursue(target, plans[-1])
+            session.now_doing("tracking", target.name)
             error = pursuit.error_arcsec(landed)
         yield from self._settle(pursuit)
         session.note("arrived", f"{target.name}, {error:.1f}″ off on landing, {len(plans)} slew(s)")
@@ -162,28 +176,56 @@ class Slewing:
         session.now_doing("idle")
         return plan
 
+    def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
+        """Go to where a pass begins, and stay there until it does."""
+        session = self._session
+        plan = session.planner.plan_axes(target.name, ahead.wait, session.start(), session.timing())
+        yield from self._slew(plan, "slewing", report)
+        self._require_landed(plan)
+        session.note("waiting", f"for {target.name}, which is reachable from {utc(ahead.reachable)}")
+        leading = session.drive.leading
+        due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
+        while (left := due - session.clock.now()) > 0.0:
+            yield min(left, _WAITING_PERIOD_S)
+            reading = session.poll()
+            if reading is not None:
+                report(_progress(plan, reading, left))
+
+    def _lead(self, target: Target, plan: Plan, report: Report) -> Steps[Pursuit]:
+        """Lead both axes to a fast target, until they go along with it."""
+        session = self._session
+        session.begin(_activity(plan, "slewing"))
+        pursuit = session.pursue(target, plan)
+        with self._stopped_on_failure():
+            while session.clock.now() < plan.arrival:
+                began = session.clock.now()
+                reading = session.poll()
+                if reading is None:
+                    self._give_up_on_silence()
+                else:
+                    report(_progress(plan, reading))
+                due = min(began + session.follow(), plan.arrival)
+                yield max(0.0, due - session.clock.now())
+            session.poll()
+        return pursuit
+
     def _slew(self, plan: Plan, doing: str, report: Report, speeds: dict[int, float] | None = None) -> Steps[None]:
         session, speeds = self._session, speeds or {}
-        one, two = plan.axes
-        session.begin(
-            Activity(
-                doing,
-                plan.start,
-                plan.arrival,
-                (one.from_counts, two.from_counts),
-                (one.target_counts, two.target_counts),
-                plan.target,
-            )
-        )
+        session.begin(_activity(plan, doing))
         slews = [AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i)) for i, axis in enumerate(plan.axes)]
-        try:
+        with self._stopped_on_failure():
             session.drive.start(slews, session.clock.now())
             session.remember()
             yield from self._landing(plan, report)
+
+    @contextmanager
+    def _stopped_on_failure(self) -> Iterator[None]:
+        try:
+            yield
         except (GeneratorExit, Refused):
             raise  # whoever ended it, or refused to go on, stops the telescope
         except BaseException as error:
-            session.stop_and_fail(str(error) or repr(error))
+            self._session.stop_and_fail(str(error) or repr(error))
             raise
 
     def _landing(self, plan: Plan, report: Report) -> Steps[None]:
@@ -196,8 +238,7 @@ class Slewing:
             if reading is None:
                 self._give_up_on_silence()
                 continue
-            counts = reading.axes[0].counts, reading.axes[1].counts
-            report(Progress(plan.target, max(0.0, plan.arrival - reading.time), plan.eta, counts))
+            report(_progress(plan, reading))
             if not any(axis.slewing for axis in reading.axes):
                 return
 
@@ -215,13 +256,14 @@ class Slewing:
         session = self._session
         deadline = session.clock.now() + _SETTLE_S
         while session.pursuit is pursuit:
-            session.follow()
+            began = session.clock.now()
+            due = began + session.follow()
             if max(map(abs, pursuit.errors(session.synchronised()))) <= _SETTLED_COUNTS:
                 return
             if session.clock.now() > deadline:
                 session.note("tracking", "the telescope does not settle on the target; check balance and clutches")
                 return
-            yield _SETTLING_PERIOD_S
+            yield max(0.0, min(due, began + _SETTLING_PERIOD_S) - session.clock.now())
             session.poll()
 
     def _require_landed(self, plan: Plan) -> None:
@@ -232,6 +274,23 @@ class Slewing:
             off = abs(read.counts - axis.target_counts)
             if off > _SETTLED_COUNTS + read.uncertainty_counts:
                 self._session.halt(f"{plan.target}: {axis.name} ended {off:.0f} counts short; check what blocks it")
+
+
+def _activity(plan: Plan, doing: str) -> Activity:
+    one, two = plan.axes
+    return Activity(
+        doing,
+        plan.start,
+        plan.arrival,
+        (one.from_counts, two.from_counts),
+        (one.target_counts, two.target_counts),
+        plan.target,
+    )
+
+
+def _progress(plan: Plan, reading: Reading, left: float | None = None) -> Progress:
+    counts = reading.axes[0].counts, reading.axes[1].counts
+    return Progress(plan.target, max(0.0, plan.arrival - reading.time) if left is None else left, plan.eta, counts)
 
 
 def _limited(timing: Timing, axis: int, rate: float) -> Timing:

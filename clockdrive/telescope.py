@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from clockdrive import assembly
 from clockdrive.adjusting import Adjusting
-from clockdrive.answers import Answer, PlanAnswer, arrival_answer, plan_answer
+from clockdrive.answers import Answer, PassAnswer, PlanAnswer, arrival_answer, plan_answer
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
@@ -21,12 +21,14 @@ from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
-from clockdrive.planning import posix, rates_of, resolve
+from clockdrive.planning import answered, plan_or_pass, posix, rates_of, resolve
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
+from pointing.errors import Unreachable
 from pointing.mount import Posture
+from pointing.pass_plan import PassPlan
 from pointing.plan import Plan
 from pointing.targets import Target
 
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from transports.memory import Device
 
 T = TypeVar("T")
+_LONGEST_WAIT_S = 1800.0  # that `goto` waits for a satellite
 
 
 def nobody(progress: Progress) -> None:
@@ -141,8 +144,8 @@ class Telescope:
 
     # Moving ----------------------------------------------------------------------------------------------------
 
-    def plan(self, target: "TargetLike", at: "TimeLike | None" = None) -> PlanAnswer:
-        """Plan a slew; nothing moves.
+    def plan(self, target: "TargetLike", at: "TimeLike | None" = None) -> PlanAnswer | PassAnswer:
+        """Plan a slew, or the pass of a satellite that is not up yet; nothing moves.
 
         Parameters
         ----------
@@ -157,14 +160,23 @@ class Telescope:
             It is no target; it cannot be reached; the position is not synchronised.
         """
         time = self._time(at)
-        return self._answered(self._planned(self._target(target, time), None if at is None else time))
+        resolved = self._target(target, time)
+        found = self._planned(resolved, None if at is None else time)
+        return answered(found, time, self._session.planner, self._session.surroundings, resolved)
 
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
-        """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
+        """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`.
+
+        A satellite that comes up within half an hour is waited for.
+        """
         resolved = self._target(target, self.clock.now())
         self._control.call(self._session.require_free)
-        self._planned(resolved, None)
-        arrival = self._perform(self._slewing.goto(resolved, progress))
+        found = self._planned(resolved, None)
+        ahead = found if isinstance(found, PassPlan) else None
+        if ahead is not None and ahead.reachable > self.clock.now() + _LONGEST_WAIT_S:
+            text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
+            raise Unreachable(text, ahead.reachable)
+        arrival = self._perform(self._slewing.goto(resolved, progress, ahead))
         return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
@@ -339,10 +351,10 @@ class Telescope:
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))
 
-    def _planned(self, target: Target, time: float | None) -> Plan:
+    def _planned(self, target: Target, time: float | None) -> Plan | PassPlan:
         """Plan on the caller's thread: a refusal may search the whole day, and the control thread has a telescope."""
         wanted, start, timing = self._control.call(lambda: self._session.whence(target, time))
-        return self._session.planner.plan(wanted, start, timing)
+        return plan_or_pass(self._session.planner, wanted, start, timing)
 
     def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
         """Make the simulator; a new one starts synchronised at park."""

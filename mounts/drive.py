@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from pointing.plan import Leading
 from pointing.slew import SlewModel
 
 
@@ -59,6 +60,11 @@ class AxisSlew:
 
 class AxisPath(Protocol):
     """Where the axes must be at any time a little ahead."""
+
+    @property
+    def led(self) -> bool:
+        """Whether it moves faster than a drive may go on at when nobody watches it."""
+        ...
 
     def at(self, time: float) -> Sequence[tuple[float, float]]:
         """(counts, counts per second) of each axis at POSIX `time`."""
@@ -113,8 +119,13 @@ class Drive(Protocol):
         """Begin a slew of all axes; return the time at which the motion began."""
         ...
 
-    def follow(self, path: AxisPath, time: float) -> None:
-        """Keep the axes on `path`; called again and again from the start of a slew until `stop`."""
+    @property
+    def leading(self) -> Leading | None:
+        """The speeds and accelerations at which `follow` can lead the axes; None for a drive that only slews."""
+        ...
+
+    def follow(self, path: AxisPath, time: float) -> float:
+        """Keep the axes on `path`, from wherever they are; return the seconds until it must be called again."""
         ...
 
     def move_at(self, rates: Sequence[float], time: float) -> None:

@@ -46,7 +46,8 @@ class Geometry:
         self.past_meridian = past_meridian if mount.type is MountType.GERMAN else math.inf
         low, high = -self.past_meridian, math.pi + self.past_meridian
         first = replace(axes[0], minimum=max(axes[0].minimum, low), maximum=min(axes[0].maximum, high))
-        self._free = (first, axes[1])
+        self.free = (first, axes[1])
+        """The axes with the travel that is free in every way: that of a German mount's axis 1 ends at its window."""
 
     def track(self, target: Target, time: float, posture: Posture, near: tuple[float, float]) -> AxisState:
         """Where the axes must be for a target, and how fast they move.
@@ -104,8 +105,8 @@ class Geometry:
 
     def windings(self, angles: tuple[float, float], slack: tuple[float, float]) -> Iterator[tuple[float, float]]:
         """Every pair of axis angles within the limits, widened by `slack`, that is the same direction as `angles`."""
-        for wound1 in self._free[0].windings(angles[0], slack[0]):
-            for wound2 in self._free[1].windings(angles[1], slack[1]):
+        for wound1 in self.free[0].windings(angles[0], slack[0]):
+            for wound2 in self.free[1].windings(angles[1], slack[1]):
                 yield wound1, wound2
 
     def sun(self, frame: SkyFrame) -> Vector:
@@ -131,11 +132,11 @@ class Geometry:
         for posture in POSTURES:
             angle1, angle2 = (
                 _nearest(angle, (axis.minimum + axis.maximum) / 2.0)
-                for angle, axis in zip(self.mount.axes(observed, posture), self._free, strict=True)
+                for angle, axis in zip(self.mount.axes(observed, posture), self.free, strict=True)
             )
             excess = sum(
                 max(axis.minimum - angle, angle - axis.maximum, 0.0)
-                for axis, angle in zip(self._free, (angle1, angle2), strict=True)
+                for axis, angle in zip(self.free, (angle1, angle2), strict=True)
             )
             misses.append((excess, (angle1, angle2)))
         return (

@@ -35,6 +35,8 @@ class Leg(NamedTuple):
         Its rate as the motion begins; it may lead the wrong way, or too fast to stop in time.
     resumed : float
         Its rate after landing, for a drive whose axes resume tracking one by one.
+    joined : float
+        Its rate as it joins a target with that one's velocity, for which it may have to go beyond it and back.
     """
 
     gearing: Gearing
@@ -42,6 +44,7 @@ class Leg(NamedTuple):
     fastest: float
     start_rate: float = 0.0
     resumed: float = 0.0
+    joined: float = 0.0
 
     def angle(self, elapsed: float) -> float:
         """Axis angle `elapsed` seconds after the motion began."""
@@ -96,7 +99,9 @@ class SlewPath:
         """
         total = self.duration
         # While an axis goes astray it is no faster than it began, and it comes back the same way.
-        astray = 2.0 * sum(abs(leg.start_rate) + abs(leg.resumed) for leg in self.legs) + _SUN_RATE
+        astray = _SUN_RATE
+        for leg in self.legs:
+            astray += 2.0 * (abs(leg.start_rate) + abs(leg.resumed) + abs(leg.joined))
         speed = self.legs[0].fastest + self.legs[1].fastest + _SUN_RATE
         end = self.angles(total)
         angles, elapsed = self.angles(0.0), 0.0

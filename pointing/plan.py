@@ -5,14 +5,19 @@ Angles are radians, times POSIX seconds, rates per second; `counts` are the driv
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
 from pointing.gearing import Gearing
 from pointing.limits import Check
 from pointing.mount import Posture
+from pointing.profile import Ramps
 from pointing.slew import SlewModel, Travel
 from pointing.vectors import Vector
+
+if TYPE_CHECKING:
+    from pointing.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,17 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Leading:
+    """How a drive can be led along a way, position by position: speed and acceleration of each axis.
+
+    `delay_s` is how long after it was decided the motion can begin.
+    """
+
+    ramps: tuple[Ramps, Ramps]
+    delay_s: float = 0.0
+
+
+@dataclass(frozen=True)
 class Timing:
     """How the drive moves, with all that has been learnt of it.
 
@@ -61,11 +77,14 @@ class Timing:
         Seconds from the command to the motion.
     together : bool
         Tracking resumes on both axes only when the later one has landed.
+    leading : Leading, optional
+        How it can be led to a target that is too fast to be met at rest.
     """
 
     slew: tuple[SlewModel, SlewModel]
     latency: float = 0.0
     together: bool = True
+    leading: Leading | None = None
 
 
 @dataclass(frozen=True)
@@ -99,6 +118,8 @@ class Plan:
         Angles, counts and rates at arrival.
     checks : tuple of Check
         All that was asked; every one is ok.
+    trajectory : Trajectory, optional
+        The way along which the drive must be led, for a target too fast to be met at rest.
     """
 
     target: str
@@ -108,6 +129,7 @@ class Plan:
     observed: Vector
     axes: tuple[AxisPlan, AxisPlan]
     checks: tuple[Check, ...]
+    trajectory: "Trajectory | None" = field(default=None, repr=False, compare=False)
 
     @property
     def eta(self) -> float:

@@ -12,15 +12,22 @@ from dataclasses import dataclass, replace
 from pointing.errors import PointingError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
+from pointing.led_plan import led_plan
 from pointing.limits import Check
 from pointing.mount import POSTURES, Posture
+from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.slew import Travel
 from pointing.targets import Target
+from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
 
-_SEARCH_STEP = 120.0  # s; what is allowed for less is of no use
+_SEARCH_STEP = 120.0  # s; what is allowed for less is of no use, but for satellites
+_FINEST_SEARCH = 4.0  # s; a satellite that is up for less than that is not worth a slew
+_KEPT_S = 7200.0  # for which a way should keep its target
+_KEPT_STEP_S = 900.0
+_ALIKE_S = 2.0  # by which two ways may differ and keep their target equally long
 _WAY_STEP = 600.0  # s; a way that is blocked costs more to look at, and comes free as slowly as the Sun moves
 _SEARCH_SPAN = 86_400.0
 _ROUNDS = 60  # the fixed point contracts by rate / speed, below 1e-2 a round unless the pole of axis 1 is near
@@ -53,15 +60,18 @@ class _Way:
 class Planner(Geometry):
     """Plans slews for one telescope; its parameters are those of `Geometry`."""
 
-    def plan(self, target: Target, start: Start, timing: Timing) -> Plan:
-        """Plan the earliest allowed arrival on a target.
+    def plan(self, target: Target, start: Start, timing: Timing, posture: Posture | None = None) -> Plan:
+        """Plan the earliest allowed arrival on a target, where it can be tracked for longest, in a posture or in any.
+
+        Of ways that differ in how long they let the target be tracked, up to two hours, the longest is taken; of
+        those that do not, the one that arrives first.
 
         Raises
         ------
         Unreachable
             Nothing allowed leads there now; says what forbids it, by how much, and when it will be reachable.
         """
-        best, refused = self._best(target, start, timing)
+        best, refused = self._best(target, start, timing, posture)
         if best is not None:
             return best
         begin = start.time + timing.latency
@@ -102,8 +112,14 @@ class Planner(Geometry):
         return (
             None
             if self.allowed(target, after)
-            else self._first(lambda t: self.allowed(target, t), after, _SEARCH_STEP)
+            else self._first(lambda t: self.allowed(target, t), after, lambda t: self._patience(target, t))
         )
+
+    def _patience(self, target: Target, time: float) -> float:
+        """Seconds after which it is worth to ask again whether a target is allowed: fewer for a fast one near by."""
+        observed, rate = target.observed_with_rate(self.sky.at(Instant.from_posix(time)))
+        away = abs(self.limits.horizon.margin(observed)) / max(math.hypot(*rate), 1e-9)
+        return min(max(away / 4.0, _FINEST_SEARCH), _SEARCH_STEP)
 
     def _free_from(self, target: Target, start: Start, timing: Timing) -> float | None:
         """When a refused target stands at an allowed place; if it does already, when the way from here is free."""
@@ -114,36 +130,63 @@ class Planner(Geometry):
         def goes(time: float) -> bool:
             return self._best(target, Start(time, start.counts), timing)[0] is not None
 
-        return self._first(goes, start.time, _WAY_STEP)
+        return self._first(goes, start.time, lambda _: _WAY_STEP)
 
-    def _first(self, allowed: Callable[[float], bool], after: float, step: float) -> float | None:
+    def _first(self, allowed: Callable[[float], bool], after: float, step: Callable[[float], float]) -> float | None:
         """Return the first time within a day at which something is allowed that is not now, to 1 s."""
-        for k in range(1, int(_SEARCH_SPAN / step) + 1):
-            found = after + step * k
+        found = after
+        while found < after + _SEARCH_SPAN:
+            early = found
+            found += step(early)
             if allowed(found):
-                early = found - step
                 while found - early > 1.0:
                     middle = (early + found) / 2.0
                     early, found = (early, middle) if allowed(middle) else (middle, found)
                 return found
         return None
 
-    def _best(self, target: Target, start: Start, timing: Timing) -> tuple[Plan | None, Plan | None]:
-        """Return the plan that arrives first, or none and the refused plan of what seemed the quickest way."""
+    def _best(
+        self, target: Target, start: Start, timing: Timing, posture: Posture | None = None
+    ) -> tuple[Plan | None, Plan | None]:
+        """Return the best plan, or none and the refused plan of what seemed the quickest way."""
         frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
+        postures = POSTURES if posture is None else (posture,)
         best = refused = None
-        for soonest, way in self._ways(*target.observed_with_rate(frame), self.sun(frame), start, timing):
-            if best is not None and soonest >= best.eta - timing.latency:
+        kept = 0.0
+        ways = self._ways(*target.observed_with_rate(frame), self.sun(frame), start, timing, postures)
+        for soonest, way in ways:
+            if best is not None and kept >= _KEPT_S and soonest >= best.eta - timing.latency:
                 break
-            plan = self._solve(target, way, soonest, start, timing)
+            plan = self._solved(target, way, soonest, start, timing)
             if not all(check.ok for check in plan.checks):
                 refused = refused or plan
-            elif best is None or plan.arrival < best.arrival:
-                best = plan
+                continue
+            keeps = self._kept(target, plan) if len(ways) > 1 else _KEPT_S
+            if best is None or keeps > kept + _ALIKE_S or (keeps > kept - _ALIKE_S and plan.arrival < best.arrival):
+                best, kept = plan, keeps
         return best, refused
 
+    def _kept(self, target: Target, plan: Plan) -> float:
+        """For how long a target can be tracked from the arrival on, seconds, up to two hours."""
+        if plan.trajectory is not None:
+            return min(planned_pass(plan.trajectory, plan.arrival, _angles(plan)).followed_s, _KEPT_S)
+        near, seconds = _angles(plan), 0.0
+        while seconds < _KEPT_S:
+            state = self.track(target, plan.arrival + seconds + _KEPT_STEP_S, plan.posture, near)
+            near = state[0][0], state[1][0]
+            if not all(axis.minimum <= angle <= axis.maximum for axis, angle in zip(self.free, near, strict=True)):
+                break
+            seconds += _KEPT_STEP_S
+        return seconds
+
     def _ways(
-        self, observed: Vector, rate: Vector, sun: Vector, start: Start, timing: Timing
+        self,
+        observed: Vector,
+        rate: Vector,
+        sun: Vector,
+        start: Start,
+        timing: Timing,
+        postures: tuple[Posture, ...],
     ) -> list[tuple[float, _Way]]:
         """All ways to point at a target with the least seconds each takes, the quickest first.
 
@@ -156,7 +199,7 @@ class Planner(Geometry):
             (axis.maximum - axis.minimum) / speed for axis, speed in zip(self.axes, speeds, strict=True)
         )
         found = []
-        for posture in POSTURES:
+        for posture in postures:
             (angle1, rate1), (angle2, rate2) = self.mount.axes_and_rates(observed, rate, posture)
             for angles in self.windings((angle1, angle2), (abs(rate1) * longest, abs(rate2) * longest)):
                 way = _Way(posture, angles, (rate1, rate2), sun)
@@ -175,6 +218,16 @@ class Planner(Geometry):
             max(one.max_rate, abs(rate1)) / abs(self.axes[0].gearing.counts_per_radian),
             max(two.max_rate, abs(rate2)) / abs(self.axes[1].gearing.counts_per_radian),
         )
+
+    def _solved(self, target: Target, way: _Way, soonest: float, start: Start, timing: Timing) -> Plan:
+        """Meet the target at rest, or with its own velocity where it is fast and the drive can be led."""
+        if timing.leading is None:
+            return self._solve(target, way, soonest, start, timing)
+        if max(map(abs, way.rates)) < LED_ABOVE:
+            plan = self._solve(target, way, soonest, start, timing)
+            if max(abs(axis.rate) for axis in plan.axes) < LED_ABOVE:
+                return plan
+        return led_plan(self, target, way.posture, way.angles, way.sun, start, timing.leading)
 
     def _solve(self, target: Target, way: _Way, soonest: float, start: Start, timing: Timing) -> Plan:
         """Solve arrival and target together: travel → where the target is then → travel, until the counts stand."""
@@ -268,6 +321,10 @@ class Planner(Geometry):
             needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
+
+
+def _angles(plan: Plan) -> tuple[float, float]:
+    return plan.axes[0].angle, plan.axes[1].angle
 
 
 def _longer(travels: tuple[Travel, Travel]) -> float:

@@ -62,6 +62,7 @@ class Straight:
     counts: tuple[float, float]
     rates: tuple[float, float]
     since: float
+    led: bool = False
 
     def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
         (x, y), (u, v), t = self.counts, self.rates, time - self.since
@@ -75,6 +76,7 @@ class OnSky:
     planner: Planner
     target: Target
     plan: Plan
+    led: bool = False
 
     def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
         near = self.plan.axes[0].angle, self.plan.axes[1].angle

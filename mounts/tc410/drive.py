@@ -19,16 +19,18 @@ from mounts.tc410.carried import Carried, by_law, by_velocity
 from mounts.tc410.direct import DirectSpeed, Guardian
 from mounts.tc410.encoders import Encoders
 from mounts.tc410.landing import Landing
+from mounts.tc410.leading import leading_of
 from mounts.tc410.look import Look
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, Register, by_name
 from mounts.tc410.settings import TC410Settings
 from mounts.tc410.slew import Tc410SlewModel
 from mounts.tc410.slew_watch import TELLING_RATE, TIMEOUT_S, AxisWatch, SlewWatch
 from mounts.tc410.startup import find_position_format, identify, read_models, write_soft_limits
-from mounts.tc410.tracking import BEAT_S, TrackedAxis
+from mounts.tc410.tracking import Pace, TrackedAxis
 from mounts.tc410.trust import BY_HAND, DECIDED, REINTERPRETED, RELOADED, Trust
 from mounts.tc410.unit import Unit
 from mounts.tc410.upkeep import Upkeep
+from pointing.plan import Leading
 from transports.modbus_ascii import ModbusAscii
 
 _AXES = (1, 2)
@@ -37,8 +39,15 @@ _SLEW, _REMOTE, _TRACK = (
 )
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
 _UNSEEN_S = 2.5  # without a look, in which the motors may have lost their power and have it back
-_CATCH_UP = 200.0  # counts/s beyond the tracking rate while an error is closed: 3′ a second in the manual's gearing
+_TRACKING = Pace(period_s=1.0, beat_s=2.0, catch_up=200.0)  # 200 counts/s: 3′ a second in the manual's gearing
+_LED_PERIOD_S = 0.1  # between two commands of an axis that is led, where the link is quick enough
+_LED_BEATS = 3.0  # periods over which an error is closed while led
+_LED_CATCH_UP = 0.1  # of the top speed
+_LED_PACE = 1.3  # periods are longer than a cycle of exchanges by this
 _WRITE_CHARACTERS = 27  # of the request that writes a pair
+_CYCLE_EXCHANGES = 5  # of a look and two velocities
+_CYCLE_CHARACTERS = 3 * (17 + 27) + 2 * (27 + 17)
+_WRITE_ANSWER_CHARACTERS = 17
 _ANSWER_CHARACTERS = 19  # of the answer that brings a pair
 _START_EXCHANGES = 9  # of a start: three reads, two writes of words and four of pairs
 _START_CHARACTERS = 3 * (17 + 27) + 2 * 17 + 17 + 4 * (27 + 17)  # up to the end of the last request
@@ -226,7 +235,7 @@ class TC410:
 
     def _tracked_from(self, seen: Look, velocities: tuple[int, int]) -> tuple[TrackedAxis, TrackedAxis]:
         one, two = (
-            TrackedAxis(counts + 0.5, values.time, velocity, model.acceleration << 8)
+            TrackedAxis(counts + 0.5, values.time, velocity, model.law)
             for counts, values, velocity, model in zip(
                 seen.counts, seen.positions, velocities, self.slew_models, strict=True
             )
@@ -305,7 +314,7 @@ class TC410:
         """Whether the axes have moved as they should while nobody looked, so that they had power all the time."""
         if self._slew is not None:
             return self._slew.is_as_planned(seen.counts, seen.positions)
-        if self._tracked is None or seen.disturbed:
+        if self._tracked is None or seen.disturbed(self._source):
             return False
         return (
             all(
@@ -342,9 +351,9 @@ class TC410:
         tracked = self._tracked[i] if self._tracked is not None and self._slew is None else None
         if tracked is not None:
             tracked.observe(counts, at.time, at.late_s)
-        if tracked is not None and "tracking" in seen.motion and not seen.disturbed:
+        if tracked is not None and self._source in seen.motion and not seen.disturbed(self._source):
             here = Carried(tracked.at(time), tracked.margin_at(time), tracked.rate)
-        elif self._slew is not None and seen.slewing[i] and not seen.disturbed:
+        elif self._slew is not None and seen.slewing[i] and not seen.disturbed(self._source):
             here = by_law(self._slew.axes[i], counts, at, seen.state)
         elif seen.motion or self._moved[i]:
             velocity = self._unit.read(f"axis{i + 1}_velocity")
@@ -353,6 +362,11 @@ class TC410:
             here = Carried(counts + 0.5, 0.5, 0.0)
         return AxisReading(here.counts, self._trust.uncertainty_counts + here.uncertainty, here.rate, slewing)
 
+    @property
+    def _source(self) -> str:
+        """By which source, as the movement flags call it, the host moves the axes between slews."""
+        return "remote_control" if self._control & _REMOTE else "tracking"
+
     def _axis_register(self, axis: int, name: str) -> float:
         return self._unit.read(f"axis{axis}_{name}")[f"axis{axis}_{name}"]
 
@@ -360,11 +374,11 @@ class TC410:
         """Follow a slew under way, take up the dead reckoning where it has landed, and learn from it."""
         if self._slew is not None:
             self._slew.see(seen.counts, seen.positions, seen.state, seen.slewing)
-            self._slew.disturbed |= seen.disturbed
+            self._slew.disturbed |= seen.disturbed(self._source)
             if self._slew.is_over(seen.counts, seen.state.time, seen.slewing):
                 self._land(self._slew, seen)
         elif self._landing is not None:
-            if seen.disturbed:
+            if seen.disturbed(self._source):
                 self._landing = None
             elif self._landing.is_settled(seen.state.time):
                 self._learn()
@@ -407,7 +421,7 @@ class TC410:
         exchanges = self._unit.exchanges
         reading = self._ready(self.read(time))
         self._slew = self._landing = self._tracked = None
-        self._write_control(self._control & ~(_SLEW | _REMOTE))
+        self._write_control(self._control & ~_SLEW)  # an axis that is led goes on until the slew takes it over
         self._set_speeds(lowered)
         self._write_targets(targets)
         told = [
@@ -416,7 +430,8 @@ class TC410:
         ]
         turned = told if "tracking" in reading.motion else [None, None]  # a drive that tracks obeys at once
         tracks = any(any(words) for words in velocities)
-        began = self._write_control(self._control & ~_TRACK | _SLEW | (_TRACK if tracks else 0))
+        began = self._write_control(self._control & ~(_TRACK | _REMOTE) | _SLEW | (_TRACK if tracks else 0))
+        self._direct.end()
         if self._unit.exchanges - exchanges == _START_EXCHANGES:  # more when it came from motion, or to a lower speed
             self._learnt = self._learnt.started(began - time)
         one, two = (self._watch(i, reading, slew, lowered, began, turned[i]) for i, slew in enumerate(axes))
@@ -492,48 +507,71 @@ class TC410:
         travel = model.travel(start, target, rate, 0.0)
         return AxisWatch(model, start, rate, target, travel, slew.rate_after, began)
 
-    def follow(self, path: AxisPath, time: float) -> None:
-        """Set the tracking velocities that bring both axes onto the path within a beat.
+    def follow(self, path: AxisPath, time: float) -> float:
+        """Set the velocities that keep both axes on the path; return the seconds until they must be set again.
+
+        A path that is led goes by direct speed control, which a dead-man process stands beside; any other by the
+        drive's own tracking. Between the two the velocities stay as they are.
 
         Raises
         ------
-        Unsynchronised, DriveRefused
-            As for `start`.
+        Unsynchronised, DriveRefused, DriveError
+            As for `start`; there is no dead-man process for a path that is led.
         """
         if self._slew is not None:
-            return
+            return _TRACKING.period_s
+        if path.led:
+            self._direct.begin()
         reading = self._ready(self._last or self.read(time))
-        if self._tracked is None:
-            one, two = (
-                TrackedAxis(
-                    axis.counts,
-                    reading.time,
-                    round(axis.rate / COUNTS_PER_SECOND),
-                    model.acceleration << 8,
-                    axis.uncertainty_counts,
-                    axis.uncertainty_counts,
-                )
-                for axis, model in zip(reading.axes, self.slew_models, strict=True)
-            )
-            self._tracked = (one, two)
-        effective = time + self._unit.burst_s(1, _WRITE_CHARACTERS)
-        here, ahead = path.at(effective), path.at(effective + BEAT_S)
-        for axis, tracked, (now, _), (then, _) in zip(_AXES, self._tracked, here, ahead, strict=True):
-            velocity = tracked.velocity_for(then, (then - now) / BEAT_S, effective, _CATCH_UP)
-            if velocity != tracked.velocity or tracked.doubtful or not self._control & _TRACK:
-                tracked.attempt(velocity, effective)
-                tracked.command(velocity, self._unit.write(f"axis{axis}_tracking_velocity", velocity))
-        if not self._control & _TRACK:
-            self._begin_tracking(self._tracked)
+        tracked = self._tracked = self._tracked or self._tracked_as(reading)
+        pace = self._led_pace() if path.led else _TRACKING
+        source, register = (_REMOTE, "target_velocity") if path.led else (_TRACK, "tracking_velocity")
+        if not self._control & source:
+            self._change_source(source, register, tracked)
+        for i, axis in enumerate(tracked):
+            effective = time + self._unit.burst_s(i + 1, (i + 1) * _WRITE_CHARACTERS + i * _WRITE_ANSWER_CHARACTERS)
+            here, ahead = path.at(effective)[i][0], path.at(effective + pace.period_s)[i][0]
+            velocity = axis.velocity_for(here, ahead, effective, pace)
+            if velocity != axis.velocity or axis.doubtful:
+                axis.attempt(velocity, effective)
+                axis.command(velocity, self._unit.write(f"axis{i + 1}_{register}", velocity))
+        return pace.period_s
 
-    def _begin_tracking(self, tracked: tuple[TrackedAxis, TrackedAxis]) -> None:
-        """Let the drive ramp from rest to the velocities it has been given."""
-        self._tracked = None  # unless the unit acknowledges it: it may track, or not
-        began = self._write_control(self._control | _TRACK)
+    def _tracked_as(self, reading: Reading) -> tuple[TrackedAxis, TrackedAxis]:
+        """The dead reckoning from a reading on."""
+        one, two = (
+            TrackedAxis(
+                axis.counts,
+                reading.time,
+                round(axis.rate / COUNTS_PER_SECOND),
+                model.law,
+                axis.uncertainty_counts,
+                axis.uncertainty_counts,
+            )
+            for axis, model in zip(reading.axes, self.slew_models, strict=True)
+        )
+        return one, two
+
+    def _led_pace(self) -> Pace:
+        """As often as the link carries a look and two velocities."""
+        cycle = self._unit.burst_s(_CYCLE_EXCHANGES, _CYCLE_CHARACTERS)
+        period = max(_LED_PERIOD_S, _LED_PACE * cycle)
+        return Pace(period, _LED_BEATS * period, _LED_CATCH_UP * min(model.max_rate for model in self.slew_models))
+
+    def _change_source(self, source: int, register: str, tracked: tuple[TrackedAxis, TrackedAxis]) -> None:
+        """Let the drive take its velocities from `source`, where first those are written that the axes have now."""
+        self._tracked = None  # unless the unit acknowledges it: it may move so, or not
+        for i, axis in enumerate(tracked):
+            self._unit.write(f"axis{i + 1}_{register}", axis.velocity)
+        self._write_control(self._control & ~(_TRACK | _REMOTE) | source)
         self._tracked = tracked
-        for axis in tracked:
-            velocity, axis.velocity, axis.time = axis.velocity, 0, began
-            axis.command(velocity, began)
+        if source == _TRACK:
+            self._direct.end()
+
+    @property
+    def leading(self) -> Leading:
+        """What `follow` can lead the axes along."""
+        return leading_of(self.slew_models)
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Write both positions and read them back; tracking goes on from there.
@@ -667,8 +705,8 @@ class TC410:
         """End direct control, and tracking unless it is kept; give back the top speed."""
         try:
             self._learn()
-            if keep_tracking:
-                self._write_control(self._control & ~(_SLEW | _REMOTE))
+            if keep_tracking and not self._control & _REMOTE:
+                self._write_control(self._control & ~_SLEW)
             else:
                 self.stop(time)
             self._restore_speed()

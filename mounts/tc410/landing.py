@@ -102,8 +102,7 @@ def _tracked(axis: AxisWatch, since: Interval, supposed: float) -> TrackedAxis:
     """Track from the moment at which the axis is supposed to have landed."""
     late, early = axis.rate_after * (since.high - supposed), axis.rate_after * (supposed - since.low)
     below, above = (late, early) if axis.rate_after > 0.0 else (-early, -late)
-    ramp = axis.model.acceleration << 8
-    tracked = TrackedAxis(axis.target, axis.began + supposed, 0, ramp, below, above)
+    tracked = TrackedAxis(axis.target, axis.began + supposed, 0, axis.model.law, below, above)
     tracked.command(round(axis.rate_after / COUNTS_PER_SECOND), tracked.time)
     tracked.since = axis.began + since.high
     return tracked

@@ -48,10 +48,10 @@ class Look:
         """Whether the motors have power."""
         return "motor_power_enabled" in self._asserted("supply_flags")
 
-    @property
-    def disturbed(self) -> bool:
-        """Whether something but slew and tracking moves the telescope, or hinders it."""
-        return bool(_HANDS.intersection(self.motion) or self.limits or self.alarms or not self.powered)
+    def disturbed(self, source: str) -> bool:
+        """Whether something but a slew and `source`, the host's own, moves the telescope or hinders it."""
+        hands = _HANDS.difference((source,)).intersection(self.motion)
+        return bool(hands or self.limits or self.alarms or not self.powered)
 
     def _asserted(self, register: str) -> tuple[str, ...]:
         return by_name(register).asserted(int(self.state[register]))

@@ -8,17 +8,38 @@ dithers neighbouring register values by itself.
 """
 
 import math
+from dataclasses import dataclass
 
 from mounts.tc410.interval import Interval
-from mounts.tc410.registers import COUNTS_PER_SECOND, MAX_VELOCITY
-from mounts.tc410.slew import TICK_S
+from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.slew import FRACTION_BITS, STEPS_PER_TICK, TICK_S, LandingLaw
 
-BEAT_S = 2.0  # an error on the path is closed over this time
+_COUNT = float(1 << FRACTION_BITS)
 _CLOCK_ERROR = 1.5e-4  # by which the unit's clock and the host's may run differently
 _JITTER_S = 0.0005  # of the time of a position, besides what the link shows
 _DISTURBED = 1.0  # counts beyond the interval at which something else moved the axis
 _UNSEEN_S = 5.0  # without an observation, after which only the next one counts
 _LEAST_WIDTH = 0.01  # counts
+_RAMPED = 0.95  # of the time to the next command that a change of velocity may take
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often an axis is commanded, and how it closes an error.
+
+    Attributes
+    ----------
+    period_s : float
+        Seconds to the next command.
+    beat_s : float
+        Seconds over which an error on the path is closed.
+    catch_up : float
+        Counts per second beyond the path's own rate, at most, while it is.
+    """
+
+    period_s: float
+    beat_s: float
+    catch_up: float
 
 
 class TrackedAxis:
@@ -32,14 +53,14 @@ class TrackedAxis:
         POSIX seconds at which the axis is there.
     velocity : int
         The tracking velocity in force, register units.
-    ramp : int
-        Velocity units gained every tick while the drive changes its velocity.
+    law : LandingLaw
+        The ramps by which the drive changes its velocity.
     below, above : float
         By how many counts the axis may be below or above `position`.
     """
 
     def __init__(
-        self, position: float, time: float, velocity: int, ramp: int, below: float = 0.5, above: float = 0.5
+        self, position: float, time: float, velocity: int, law: LandingLaw, below: float = 0.5, above: float = 0.5
     ) -> None:
         self.position = position
         self.time = time
@@ -53,7 +74,7 @@ class TrackedAxis:
         self.since = -math.inf
         """POSIX seconds before which what is observed says nothing of it."""
         self._doubt: tuple[float, int, int] | None = None
-        self._ramp = ramp
+        self._law = law
 
     @property
     def rate(self) -> float:
@@ -140,24 +161,40 @@ class TrackedAxis:
         self.position, self.time = self.at(time), time
         change = velocity - self.velocity
         self._widen(abs(change) * COUNTS_PER_SECOND * TICK_S)
-        ticks = abs(change) / self._ramp
-        if ticks > 1.0:  # a ramp of n ticks is (n − 1)/2 ticks of the change behind a step
-            self.position -= change * COUNTS_PER_SECOND * TICK_S * (ticks - 1.0) / 2.0
+        ramp = self._law.ramp(self.velocity, velocity)
+        self.position += (ramp.gained - STEPS_PER_TICK * velocity * ramp.ticks) / _COUNT
         self.velocity = velocity
         self._doubt = None
 
-    def velocity_for(self, counts: float, rate: float, time: float, largest_catch_up: float) -> int:
-        """Velocity register that meets the path.
+    def velocity_for(self, here: float, ahead: float, time: float, pace: Pace) -> int:
+        """Velocity register that leads the axis along its path until the next command.
+
+        It is the path's own mean rate until then, and what closes the error over a beat; a change that the ramps
+        do not complete until then is not asked for.
 
         Parameters
         ----------
-        counts, rate : float
-            Where the path is one beat after `time`, and its mean rate over that beat, counts per second.
+        here, ahead : float
+            Where the path is at `time`, and a period later, counts.
         time : float
             When the velocity will take effect.
-        largest_catch_up : float
-            How much faster or slower than `rate` the axis may go to close an error, counts per second.
+        pace : Pace
+            The period, and how errors are closed.
         """
-        wanted = (counts - self.at(time)) / BEAT_S
-        wanted = min(max(wanted, rate - largest_catch_up), rate + largest_catch_up)
-        return min(max(round(wanted / COUNTS_PER_SECOND), -MAX_VELOCITY), MAX_VELOCITY)
+        feed, error = (ahead - here) / pace.period_s, (here - self.at(time)) / pace.beat_s
+        mean = feed + min(max(error, -pace.catch_up), pace.catch_up)
+        rate = self.rate + self._step(mean - self.rate, pace.period_s)
+        rate = min(max(rate, feed - pace.catch_up), feed + pace.catch_up)
+        wanted = round(rate / COUNTS_PER_SECOND)
+        return min(max(wanted, -self._law.max_velocity), self._law.max_velocity)
+
+    def _step(self, mean: float, period: float) -> float:
+        """Change of velocity, counts per second, whose mean over the period is `mean`, its ramp included.
+
+        Of a step Δ that is ramped by a, the period gains Δ p − Δ²/2a.
+        """
+        ramp = min(self._law.acceleration, self._law.deceleration) * COUNTS_PER_SECOND / TICK_S
+        reach = _RAMPED * period
+        ahead = period * period - 2.0 * abs(mean) * period / ramp
+        seconds = reach if ahead <= 0.0 else min(reach, period - math.sqrt(ahead))
+        return math.copysign(ramp * seconds, mean)

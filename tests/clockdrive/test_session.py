@@ -441,7 +441,7 @@ def test_a_slew_cut_short_from_outside_is_never_taken_for_an_arrival(scope):
 
 def test_a_target_that_is_suddenly_far_away_is_not_crept_after(scope):
     scope.goto("best")
-    far = scope._session.pursuit.moved_to(star_at(scope, 20.0, 40.0, scope.clock.now()))
+    far = scope._session.pursuit.moved_to(star_at(scope, 20.0, 40.0, scope.clock.now()), scope.clock.now())
     scope._session.pursuit = far
     scope.wait(3.0)
     status = scope.status()

@@ -231,8 +231,20 @@ def test_a_target_that_leaves_the_limits_during_the_slew_is_reached_the_other_wa
     leaving = crossing(subject, start, how, 170.0, before=5.0)
     plan = subject.plan(leaving, start, how)
     assert math.degrees(plan.axes[0].angle) == pytest.approx(-190.0, abs=1.5)
-    staying = crossing(subject, start, how, 170.0, before=60.0)
-    assert math.degrees(subject.plan(staying, start, how).axes[0].angle) == pytest.approx(170.0, abs=0.3)
+
+
+def test_the_winding_is_taken_in_which_a_target_can_be_tracked_for_longest():
+    below = Horizon.level(-89.0)
+    wide, narrow = (
+        planner(MountType.EQUATORIAL_FORK, limits_deg=((low, 170.0), (-100.0, 100.0)), horizon=below)
+        for low in (-200.0, -170.0)
+    )
+    start, how = start_at(wide, 100.0, -40.0), timing()
+    leaving_soon = crossing(wide, start, how, 170.0, before=60.0)
+    assert math.degrees(wide.plan(leaving_soon, start, how).axes[0].angle) == pytest.approx(-190.0, abs=1.5)
+    assert math.degrees(narrow.plan(leaving_soon, start, how).axes[0].angle) == pytest.approx(170.0, abs=0.3)
+    staying = crossing(wide, start, how, 120.0, before=60.0)
+    assert math.degrees(wide.plan(staying, start, how).axes[0].angle) == pytest.approx(120.0, abs=0.3)
 
 
 def test_a_target_that_enters_the_limits_during_the_slew_is_planned_there():

@@ -8,14 +8,14 @@ from tc410_bench import Bench
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND
-from mounts.tc410.slew import Tc410SlewModel
+from mounts.tc410.slew import LandingLaw, Tc410SlewModel
 from mounts.tc410.slew_watch import AxisWatch
 from mounts.tc410.tracking import TrackedAxis
 from mounts.tc410.trust import Trust
 from mounts.tc410.unit import Values
 from transports.errors import TransportError
 
-RAMP = 26 << 8
+LAW = LandingLaw.from_registers(26, 26, 0xFFFFFF)
 STANDBY_COUNTS = 20.0
 
 
@@ -91,7 +91,7 @@ def test_a_slew_from_tracking_at_another_rate_teaches_the_true_acceleration():
 
 
 def test_a_command_whose_answer_is_lost_widens_the_dead_reckoning_until_it_is_known():
-    axis = TrackedAxis(1000.0, 0.0, 14000, RAMP, 0.01, 0.01)
+    axis = TrackedAxis(1000.0, 0.0, 14000, LAW, 0.01, 0.01)
     attempted = 14500
     axis.attempt(attempted, 1.0)
     apart = (attempted - 14000) * COUNTS_PER_SECOND
@@ -103,7 +103,7 @@ def test_a_command_whose_answer_is_lost_widens_the_dead_reckoning_until_it_is_kn
 
 
 def test_a_slow_axis_that_nobody_watched_may_have_stood_still():
-    axis = TrackedAxis(1000.5, 0.0, 20, RAMP, 0.01, 0.01)
+    axis = TrackedAxis(1000.5, 0.0, 20, LAW, 0.01, 0.01)
     axis.observe(1000, 1.0)
     assert axis.margin < 0.02
     axis.observe(1001, 31.0)

@@ -9,11 +9,12 @@ from tc410_bench import STEP_ARCSEC, Bench, OnSky, Straight
 
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND
+from mounts.tc410.slew import LandingLaw
 from mounts.tc410.tracking import TrackedAxis
 from transports.errors import TransportError
 
 SIDEREAL = 13873 * COUNTS_PER_SECOND
-RAMP = 26 << 8
+LAW = LandingLaw.from_registers(26, 26, 0xFFFFFF)
 
 
 def tracking_bench(**overrides: object) -> tuple[Bench, Straight]:
@@ -224,7 +225,7 @@ def test_a_sync_moves_the_position_and_not_the_telescope(position_format: str) -
 
 def test_counts_of_many_phases_leave_a_narrow_interval() -> None:
     """The dead reckoning against an axis of which only whole counts are told."""
-    axis = TrackedAxis(1000.5, 0.0, 13873, RAMP)
+    axis = TrackedAxis(1000.5, 0.0, 13873, LAW)
     truth = 1000.031
     for beat in range(1, 30):
         axis.observe(math.floor(truth + SIDEREAL * beat), float(beat))
@@ -235,6 +236,6 @@ def test_counts_of_many_phases_leave_a_narrow_interval() -> None:
 
 
 def test_a_displacement_is_no_rounding() -> None:
-    axis = TrackedAxis(1000.0, 0.0, 0, RAMP, below=0.01, above=0.01)
+    axis = TrackedAxis(1000.0, 0.0, 0, LAW, below=0.01, above=0.01)
     assert axis.observe(1003, 1.0) == pytest.approx(3.25, abs=0.3)
     assert axis.disturbed

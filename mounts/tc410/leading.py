@@ -1,0 +1,23 @@
+"""What a TC410 can be led along by direct speed control, with a reserve that closes errors."""
+
+from collections.abc import Iterable
+
+from mounts.tc410.registers import COUNTS_PER_SECOND
+from mounts.tc410.slew import TICK_S, Tc410SlewModel
+from pointing.plan import Leading
+from pointing.profile import Ramps
+
+_RESERVE = 0.9  # of speed and acceleration
+_DELAY_S = 0.6  # in which the dead-man process starts and the first velocities are written
+
+
+def leading_of(models: Iterable[Tc410SlewModel]) -> Leading:
+    """Speeds and accelerations of both axes, by all that is known of their slews."""
+    one, two = (
+        Ramps(
+            _RESERVE * model.max_rate,
+            _RESERVE * min(model.law.acceleration, model.law.deceleration) * COUNTS_PER_SECOND / TICK_S,
+        )
+        for model in models
+    )
+    return Leading((one, two), _DELAY_S)
