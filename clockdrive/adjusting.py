@@ -9,7 +9,7 @@ from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Correction, Synchronisation
 from pointing.mount import Posture
-from pointing.offset import OffsetTarget
+from pointing.offset import undisplaced
 from pointing.targets import Target
 
 _LARGEST_OFFSET_ARCSEC = 3600.0
@@ -73,7 +73,7 @@ class Adjusting:
         session.taken(session.drive.read(session.clock.now()))
         if session.pursuit is not None:
             session.pursuit = Pursuit(
-                planner, _base(session.pursuit.target), side, (angle1, angle2), session.drive.leading
+                planner, undisplaced(session.pursuit.target), side, (angle1, angle2), session.drive.leading
             )
         return moved
 
@@ -127,10 +127,5 @@ class Adjusting:
     def _displace_pursuit(self) -> None:
         session = self._session
         if session.pursuit is not None:
-            base = _base(session.pursuit.target)
+            base = undisplaced(session.pursuit.target)
             session.pursuit = session.pursuit.moved_to(session.displaced(base), session.clock.now())
-
-
-def _base(target: Target) -> Target:
-    """The target without a person's offsets."""
-    return target.base if isinstance(target, OffsetTarget) else target

@@ -167,8 +167,6 @@ def refuse_what_is_not_there(configuration: Configuration) -> None:
         problems.append(
             "[mount] pointing_model: this version applies mount_x_mas and mount_y_mas only; leave the key out"
         )
-    if configuration.mount.flip == "auto":
-        problems.append('[mount] flip = "auto": this version flips on no account by itself; use "command"')
     for name, origin in configuration.instruments.items():
         if origin.x_arcsec or origin.y_arcsec:
             problems.append(f"[instruments.{name}]: this version points with the optical axis only; set both to 0")

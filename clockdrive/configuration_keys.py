@@ -254,6 +254,8 @@ _LIMITS = (
     Key("limits", "horizon_deg", "number", 15.0, "lowest altitude", "deg", -5, 90),
     Key("limits", "horizon", "path", None, "file of azimuth_deg,altitude_deg, in place of horizon_deg",
         example="horizon.csv"),
+    Key("limits", "sun_escape", "text", "stop",
+        "when the Sun's zone comes to the telescope: stop and say so, or move it away", choices=("stop", "away")),
     Key("limits", "sun_avoidance_deg", "number", 20.0, "distance kept from the Sun; 0: none", "deg", 0, 90),
     Key("limits", "hour_angle_past_meridian_deg", "number", 10.0,
         "German: how far the mechanical hour angle goes beyond 0..180", "deg", 0, 90),

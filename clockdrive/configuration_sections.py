@@ -96,6 +96,7 @@ class LimitsSection:
 
     horizon_deg: float
     horizon: Path | None
+    sun_escape: Literal["stop", "away"]
     sun_avoidance_deg: float
     hour_angle_past_meridian_deg: float
 

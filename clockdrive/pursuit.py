@@ -4,12 +4,16 @@ import math
 
 from mounts.drive import Reading
 from pointing.instant import Instant
-from pointing.limits import separation
+from pointing.limits import Check, separation
 from pointing.mount import Posture
+from pointing.next_limit import DAY_S, next_limit
 from pointing.plan import AxisState, Leading, Start
 from pointing.planner import Planner
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE, LED_UNTIL, Trajectory
+
+_LIMIT_AGE_S = 20.0  # after which the next limit is looked for again
+_LED_SPAN_S = 3600.0
 
 
 class Pursuit:
@@ -45,6 +49,7 @@ class Pursuit:
         self.posture = posture
         self._leading = leading
         self._trajectory = trajectory or Trajectory(planner, target, posture, near)
+        self._limit: tuple[float, tuple[float, Check] | None] | None = None  # as found at a time
 
     @property
     def led(self) -> bool:
@@ -74,6 +79,14 @@ class Pursuit:
         elif not led and fastest > LED_ABOVE and self._leading is not None:
             self._trajectory = Trajectory(self._planner, self.target, self.posture, _places(state), self._leading)
         return self.led != led
+
+    def next_limit(self, time: float) -> tuple[float, Check] | None:
+        """When following it meets a limit, POSIX seconds, and which; None when it does not within a day."""
+        if self._limit is None or not 0.0 <= time - self._limit[0] < _LIMIT_AGE_S:
+            state = self.angles(time)
+            ahead = Trajectory(self._planner, self.target, self.posture, _places(state), self._trajectory.leading)
+            self._limit = time, next_limit(ahead, time, _LED_SPAN_S if self.led else DAY_S)
+        return self._limit[1]
 
     def is_joined(self, time: float) -> bool:
         """Whether both axes are supposed to be on the target, and not on their way to it."""

@@ -34,6 +34,7 @@ class Service:
             "drive_at": lambda args, emit: (
                 telescope.drive_at(args["deg_s"][0], args["deg_s"][1], args["seconds"], _reported(emit)).json
             ),
+            "flip": lambda _, emit: telescope.flip(_reported(emit)).json,
             "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,
             "jog": lambda args, emit: (

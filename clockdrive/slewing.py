@@ -12,6 +12,8 @@ from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Activity
 from mounts.drive import AxisSlew, Reading
+from pointing.mount import Posture
+from pointing.offset import undisplaced
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
@@ -92,7 +94,40 @@ class Slewing:
         session.poll()
         if ahead is not None:
             yield from self._wait_for(target, ahead, report)
-        posture = None if ahead is None else ahead.posture
+        return (yield from self._reach(target, report, None if ahead is None else ahead.posture))
+
+    def flip(self, report: Report) -> Steps[Arrival]:
+        """Take up the target in the other posture, by a safe way, and go on tracking it.
+
+        Raises
+        ------
+        Refused, Unreachable
+            Nothing is tracked, or it is too fast for that; it cannot be reached in the other posture now.
+        """
+        session = self._session
+        session.require_free()
+        pursuit = session.pursuit
+        if pursuit is None:
+            raise Refused("a flip takes up the target in the other posture, and none is tracked: `goto` one first")
+        if pursuit.led:
+            raise Refused(f"{pursuit.target.name} is too fast to be left for a flip; `goto` it again after its pass")
+        other: Posture = "beyond" if pursuit.posture == "normal" else "normal"
+        session.poll()
+        session.plan(undisplaced(pursuit.target), other)  # refused before anything is given up
+        return (yield from self._reach(undisplaced(pursuit.target), report, other))
+
+    def escape(self, where: Callable[[], Plan], report: Report) -> Steps[Plan]:
+        """Leave a place where the telescope must not stay, and rest where `where` says."""
+        self._session.poll()
+        plan = where()
+        yield from self._slew(plan, "slewing", report)
+        self._require_landed(plan)
+        self._session.now_doing("idle")
+        return plan
+
+    def _reach(self, target: Target, report: Report, posture: Posture | None) -> Steps[Arrival]:
+        """Slew until the target is hit, in a posture or in the best."""
+        session = self._session
         plans: list[Plan] = []
         error = math.inf
         while error > _ABSORBED_ARCSEC:
@@ -100,6 +135,10 @@ class Slewing:
                 off = f"still {error:.0f}″ off after {_MOST_SLEWS} slews"
                 session.halt(f"{target.name}: {off}; check gears, clutches and what blocks the telescope")
             plans.append(session.plan(target, posture))
+            if plans[-1].via is not None:
+                yield from self._slew(plans[-1].via, "slewing", report)
+                self._require_landed(plans[-1].via)
+                plans[-1] = replace(session.plan(target, plans[-1].posture), start=plans[-1].start)
             if plans[-1].trajectory is None:
                 yield from self._slew(plans[-1], "slewing", report)
                 pursuit = session.pursue(target, plans[-1])

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from clockdrive.answers import observed, utc
+from clockdrive.answers import limit_answer, observed, utc
 from clockdrive.configuration import Configuration
 from clockdrive.corrections import ledger
 from clockdrive.session import Session
@@ -58,6 +58,8 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
             for axis, angle, read in zip(planner.axes, angles, reading.axes, strict=False)
         ],
         "error_arcsec": session.pursuit.error_arcsec(reading) if session.pursuit else None,
+        "next_limit": limit_answer(session.pursuit.next_limit(now)) if session.pursuit else None,
+        "led": bool(session.pursuit and session.pursuit.led),
         "powered": reading.powered,
         "motion": list(reading.motion),
         "limits": list(reading.limits),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from clockdrive import assembly
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import Answer, PassAnswer, PlanAnswer, arrival_answer, plan_answer
+from clockdrive.automatic import Automatic
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
@@ -103,7 +104,13 @@ class Telescope:
         self._slewing = Slewing(self._session)
         self._adjusting = Adjusting(self._session)
         self._direct = DirectSpeed(self._session)
-        self._control = control_for(self.clock, self._session.cycle)
+        self._automatic = Automatic(
+            self._session,
+            self._slewing,
+            flips=self.configuration.mount.flip == "auto",
+            escapes=self.configuration.limits.sun_escape == "away",
+        )
+        self._control = control_for(self.clock, self._automatic.cycle)
         self.drive = DriveRegisters(self._session, self.configuration, self._control)
         """The drive's own registers: show, set, diff, push, save, factory, reload, encoders."""
 
@@ -179,6 +186,11 @@ class Telescope:
         arrival = self._perform(self._slewing.goto(resolved, progress, ahead))
         return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
 
+    def flip(self, progress: Report = nobody) -> Answer:
+        """Take up the tracked target in the other posture, by a safe way; a German mount changes sides."""
+        arrival = self._perform(self._slewing.flip(progress))
+        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
+
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
         plan = self._perform(self._slewing.park(self._configured("park_deg"), progress))
@@ -222,7 +234,12 @@ class Telescope:
 
     def stop(self) -> None:
         """Stop everything at once, tracking included; jumps the queue."""
-        self._control.interrupt(self._session.stop, "stopped by command")
+
+        def stop() -> None:
+            self._automatic.cancel()
+            self._session.stop()
+
+        self._control.interrupt(stop, "stopped by command")
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the telescope goes on tracking."""

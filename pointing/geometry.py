@@ -124,12 +124,14 @@ class Geometry:
         low, high = -self.past_meridian, math.pi + self.past_meridian
         return *checks, _within("hour-angle window", "mechanical hour angle", angles[0], low, high)
 
-    def no_placement(self, target: Target, time: float) -> tuple[Check, ...]:
+    def no_placement(
+        self, target: Target, time: float, postures: tuple[Posture, ...] = POSTURES
+    ) -> tuple[Check, ...]:
         """What forbids a place that no posture and winding reaches: the sky, and the limits missed by least."""
         frame = self.sky.at(Instant.from_posix(time))
         observed = target.observed(frame)
         misses = []
-        for posture in POSTURES:
+        for posture in postures:
             angle1, angle2 = (
                 _nearest(angle, (axis.minimum + axis.maximum) / 2.0)
                 for angle, axis in zip(self.mount.axes(observed, posture), self.free, strict=True)

@@ -81,6 +81,11 @@ class OffsetTarget:
         )
 
 
+def undisplaced(target: Target) -> Target:
+    """The target itself, without a displacement that was laid over it."""
+    return target.base if isinstance(target, OffsetTarget) else target
+
+
 def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 

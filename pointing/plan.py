@@ -120,6 +120,8 @@ class Plan:
         All that was asked; every one is ok.
     trajectory : Trajectory, optional
         The way along which the drive must be led, for a target too fast to be met at rest.
+    via : Plan, optional
+        The first of two legs, where the straight way is forbidden; the counts and travels are those of the second.
     """
 
     target: str
@@ -130,6 +132,7 @@ class Plan:
     axes: tuple[AxisPlan, AxisPlan]
     checks: tuple[Check, ...]
     trajectory: "Trajectory | None" = field(default=None, repr=False, compare=False)
+    via: "Plan | None" = field(default=None, repr=False)
 
     @property
     def eta(self) -> float:

@@ -22,6 +22,7 @@ from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
+from pointing.way_round import way_round
 
 _SEARCH_STEP = 120.0  # s; what is allowed for less is of no use, but for satellites
 _FINEST_SEARCH = 4.0  # s; a satellite that is up for less than that is not worth a slew
@@ -71,11 +72,14 @@ class Planner(Geometry):
         Unreachable
             Nothing allowed leads there now; says what forbids it, by how much, and when it will be reachable.
         """
-        best, refused = self._best(target, start, timing, posture)
+        best, refused = self.straight(target, start, timing, posture)
+        if best is None and refused is not None:
+            best = way_round(self, target, start, timing, refused, posture)
         if best is not None:
             return best
         begin = start.time + timing.latency
-        checks = self.no_placement(target, begin) if refused is None else refused.checks
+        postures = POSTURES if posture is None else (posture,)
+        checks = self.no_placement(target, begin, postures) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
         raise Unreachable(f"{target.name}: {reason}", self._free_from(target, start, timing), checks)
 
@@ -128,7 +132,7 @@ class Planner(Geometry):
             return self.reachable(target, begin)
 
         def goes(time: float) -> bool:
-            return self._best(target, Start(time, start.counts), timing)[0] is not None
+            return self.straight(target, Start(time, start.counts), timing)[0] is not None
 
         return self._first(goes, start.time, lambda _: _WAY_STEP)
 
@@ -145,10 +149,10 @@ class Planner(Geometry):
                 return found
         return None
 
-    def _best(
+    def straight(
         self, target: Target, start: Start, timing: Timing, posture: Posture | None = None
     ) -> tuple[Plan | None, Plan | None]:
-        """Return the best plan, or none and the refused plan of what seemed the quickest way."""
+        """Return the best plan in one leg, or none and the refused plan of what seemed the quickest way."""
         frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
         postures = POSTURES if posture is None else (posture,)
         best = refused = None

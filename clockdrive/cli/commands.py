@@ -72,6 +72,17 @@ def go(args: argparse.Namespace) -> None:
     _show(args, answer, display.plan_text)
 
 
+def flip(args: argparse.Namespace) -> None:
+    """Change the posture in which the target is tracked."""
+    with (
+        backend(args.config, "flip", keep_tracking=True) as telescope,
+        interruption_stops(telescope),
+        display.progress_bar(quiet=args.json) as show,
+    ):
+        answer = telescope.call("flip", show)
+    _show(args, answer, display.arrival_text)
+
+
 def simple(args: argparse.Namespace) -> None:
     """Make a call that takes nothing and answers nothing."""
     with backend(args.config, args.command, keep_tracking=args.command != "stop") as telescope:
@@ -243,6 +254,7 @@ COMMANDS: dict[str, Command] = {
     "commission": commission,
     "config": config,
     "drive": drive,
+    "flip": flip,
     "goto": goto,
     "header": header,
     "home": go,

@@ -56,14 +56,39 @@ def plan_text(answer: Mapping[str, Any]) -> str:
             f"posture {answer['posture']}"
         ),
     ]
-    lines += [
-        f"  {axis['name']}: {axis['angle_deg']:.5f}°  counts {axis['from_counts']} → {axis['target_counts']}  "
-        f"travel {axis['travel_s']:.3f} s  then {axis['rate_deg_s']:+.8f}°/s, register {axis['velocity_register']}"
-        for axis in answer["axes"]
-    ]
+    lines += [f"  {_axis(axis)}" for axis in answer["axes"]]
     lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
+    lines += [f"  {line}" for line in (*_pass_lines(answer.get("pass")), *_limit_lines(answer.get("next_limit")))]
     lines += [f"  note: {note}" for note in answer.get("notes", ())]
     return "\n".join(lines)
+
+
+def _axis(axis: Mapping[str, Any]) -> str:
+    counts = f"counts {axis['from_counts']} → {axis['target_counts']}" if "from_counts" in axis else "counts"
+    travel = f"travel {axis['travel_s']:.3f} s" if "travel_s" in axis else f"{axis['target_counts']}"
+    return (
+        f"{axis['name']}: {axis['angle_deg']:.5f}°  {counts}  {travel}  "
+        f"then {axis['rate_deg_s']:+.8f}°/s, register {axis['velocity_register']}"
+    )
+
+
+def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:
+    if not found:
+        return []
+    wait = "  ".join(f"{name} {place['angle_deg']:.4f}°" for name, place in found["wait"].items())
+    lost = "".join(
+        f"\n    the drive is too slow from {gap['begin_utc']} to {gap['end_utc']}, {gap['seconds']:.1f} s"
+        for gap in found["lost"]
+    )
+    return [
+        f"pass: on it from {found['joined_utc']} to {found['ends_utc']}, {found['followed_s']:.1f} s",
+        f"  in posture {found['posture']}, {found['lost_s']:.1f} s lost{lost}",
+        f"  from {wait}; ends at: {found['limit'] or 'nothing within two hours'}",
+    ]
+
+
+def _limit_lines(found: Mapping[str, Any] | None) -> list[str]:
+    return [f"next limit at {found['utc']}: {found['detail']}"] if found else []
 
 
 def rates_text(answer: Mapping[str, Any]) -> str:
@@ -120,6 +145,7 @@ def status_text(status: Mapping[str, Any]) -> str:
                 f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}"
                 for check in status["checks"]
             ),
+            *(f"  {line}" for line in _limit_lines(status["next_limit"])),
             "  corrections in force:",
             *(f"    {_correction(row)}" for row in status["corrections"]),
         ]

@@ -59,6 +59,7 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
     jog.add_argument("axis", type=int, choices=(1, 2))
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")
     jog.add_argument("--for", dest="duration", metavar="TIME", required=True, help="for how long")
+    add("flip", "take up the tracked target in the other posture, by a safe way")
     add("home", "go to the centre of both axes")
     add("park", "go to the park position and stay there")
     add("unpark", "allow motion again after park")

@@ -1,0 +1,49 @@
+"""A way in two legs where the straight one is forbidden: by the centre of both axes, or one axis after the other."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from pointing.errors import Unreachable
+from pointing.mount import Posture
+from pointing.plan import Plan, Start, Timing
+from pointing.targets import Target
+
+if TYPE_CHECKING:
+    from pointing.planner import Planner
+
+_BETWEEN_S = 2.0  # in which the end of the first leg is seen and the second one is planned
+
+
+def way_round(
+    planner: "Planner", target: Target, start: Start, timing: Timing, refused: Plan, posture: Posture | None
+) -> Plan | None:
+    """The plan of the earliest arrival by way of another place, which is `via`; None where there is none.
+
+    Parameters
+    ----------
+    planner : Planner
+        Plans both legs.
+    target, start, timing, posture
+        As for the straight way.
+    refused : Plan
+        The straight way, which is forbidden.
+    """
+    found: list[Plan] = []
+    for place in _places(planner, start, refused):
+        try:
+            first = planner.plan_axes(target.name, place, start, timing)
+        except Unreachable:
+            continue
+        here = (first.axes[0].target_counts, first.axes[1].target_counts)
+        second = planner.straight(target, Start(first.arrival + _BETWEEN_S, here), timing, posture)[0]
+        if second is not None:
+            found.append(replace(second, start=start.time, via=first))
+    return min(found, key=lambda plan: plan.arrival, default=None)
+
+
+def _places(planner: "Planner", start: Start, refused: Plan) -> Iterator[tuple[float, float]]:
+    one, two = planner.angles(start.counts)
+    yield planner.axes[0].gearing.centre, planner.axes[1].gearing.centre
+    yield refused.axes[0].angle, two
+    yield one, refused.axes[1].angle
