@@ -18,7 +18,7 @@ from pointing.instant import Instant
 from pointing.mount import POSTURES
 from pointing.plan import Start
 from pointing.planner import Planner
-from pointing.targets import Star, Target
+from pointing.targets import Star, Target, notes_of
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -51,10 +51,12 @@ def plan_from(
         The site of a real telescope is left to its unit, which is not asked.
     """
     planner, around, left = _without_a_drive(configuration, time)
-    plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
+    resolved = resolve(target, planner, time, sources_of(configuration))
+    plan = planner.plan(resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
-    return plan_answer(plan, planner, (*around.notes(plan.arrival, math.asin(plan.observed[2])), *unasked))
+    surely = around.notes(plan.arrival, math.asin(plan.observed[2]))
+    return plan_answer(plan, planner, (*surely, *notes_of(resolved, Instant.from_posix(plan.arrival)), *unasked))
 
 
 def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:
@@ -66,7 +68,7 @@ def rates_at(configuration: Configuration, target: "TargetLike", time: float) ->
         As for `plan_from`.
     """
     planner, _, _ = _without_a_drive(configuration, time)
-    return rates_of(planner, resolve(target, planner, time), time)
+    return rates_of(planner, resolve(target, planner, time, sources_of(configuration)), time)
 
 
 def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
@@ -90,11 +92,17 @@ def rates_of(planner: Planner, target: Target, time: float) -> Answer:
         for state in states
         if all(axis.minimum <= angle <= axis.maximum for axis, (angle, _) in zip(planner.axes, state, strict=True))
     ]
-    direction = target.observed(planner.sky.at(Instant.from_posix(time)))
-    return rates_answer(target.name, time, direction, (allowed or states)[0], planner)
+    instant = Instant.from_posix(time)
+    direction, state = target.observed(planner.sky.at(instant)), (allowed or states)[0]
+    return rates_answer(target.name, time, direction, state, planner, notes_of(target, instant))
 
 
-def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
+def sources_of(configuration: Configuration) -> parse.Sources:
+    """Return the files from which targets come."""
+    return parse.Sources(kernel=configuration.targets.kernel)
+
+
+def resolve(given: "TargetLike", planner: Planner, time: float, sources: parse.Sources) -> Target:
     """Turn whatever a person gives into a target.
 
     Raises
@@ -103,7 +111,7 @@ def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
         It is none; the text says what is wrong with it.
     """
     if isinstance(given, str):
-        found = parse.target(given)
+        found = parse.target(given, sources)
         return best(planner, time) if isinstance(found, parse.Best) else found
     if callable(getattr(given, "observed_with_rate", None)):
         return cast("Target", given)

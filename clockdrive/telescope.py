@@ -21,14 +21,15 @@ from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
-from clockdrive.planning import posix, rates_of, resolve
+from clockdrive.planning import posix, rates_of, resolve, sources_of
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
+from pointing.instant import Instant
 from pointing.mount import Posture
 from pointing.plan import Plan
-from pointing.targets import Target
+from pointing.targets import Target, notes_of
 
 if TYPE_CHECKING:
     from clockdrive.commission import SkyWitness, Stage
@@ -157,7 +158,8 @@ class Telescope:
             It is no target; it cannot be reached; the position is not synchronised.
         """
         time = self._time(at)
-        return self._answered(self._planned(self._target(target, time), None if at is None else time))
+        resolved = self._target(target, time)
+        return self._answered(self._planned(resolved, None if at is None else time), resolved)
 
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
@@ -165,7 +167,7 @@ class Telescope:
         self._control.call(self._session.require_free)
         self._planned(resolved, None)
         arrival = self._perform(self._slewing.goto(resolved, progress))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
+        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved))
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
@@ -332,12 +334,13 @@ class Telescope:
             raise
         return session
 
-    def _notes(self, plan: Plan) -> tuple[str, ...]:
+    def _notes(self, plan: Plan, target: Target | None) -> tuple[str, ...]:
         altitude = math.asin(max(-1.0, min(1.0, plan.observed[2])))
-        return self._session.surroundings.notes(plan.arrival, altitude)
+        of_the_target = () if target is None else notes_of(target, Instant.from_posix(plan.arrival))
+        return *self._session.surroundings.notes(plan.arrival, altitude), *of_the_target
 
-    def _answered(self, plan: Plan) -> PlanAnswer:
-        return plan_answer(plan, self._session.planner, self._notes(plan))
+    def _answered(self, plan: Plan, target: Target | None = None) -> PlanAnswer:
+        return plan_answer(plan, self._session.planner, self._notes(plan, target))
 
     def _planned(self, target: Target, time: float | None) -> Plan:
         """Plan on the caller's thread: a refusal may search the whole day, and the control thread has a telescope."""
@@ -376,4 +379,4 @@ class Telescope:
         return self.clock.now() if at is None else posix(at)
 
     def _target(self, given: "TargetLike", time: float) -> Target:
-        return resolve(given, self._session.planner, time)
+        return resolve(given, self._session.planner, time, sources_of(self.configuration))

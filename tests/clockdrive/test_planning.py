@@ -12,6 +12,7 @@ from clockdrive import assembly
 from clockdrive.best import best
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, InputError, Refused
+from clockdrive.parse import Sources
 from clockdrive.planning import plan_from, posix, rates_of, resolve
 from pointing.errors import TargetError, Unreachable
 from pointing.targets import FixedAltAz, Star
@@ -49,7 +50,7 @@ def test_every_form_of_a_moment_is_the_same_second():
 @pytest.mark.parametrize("given", [None, 42, object(), ["M1"]])
 def test_what_is_no_target_is_refused(given, planner):
     with pytest.raises(TargetError, match="is no target"):
-        resolve(given, planner, T0)
+        resolve(given, planner, T0, Sources())
 
 
 def test_a_plan_without_a_drive_is_the_one_that_the_telescope_makes(tmp_path):
