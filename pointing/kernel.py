@@ -7,12 +7,15 @@ which is all that JPL's planetary ephemerides hold; velocities are their derivat
 Reading" and "DAF Required Reading".
 """
 
+import math
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,13 +24,18 @@ from pointing.errors import TargetError
 from pointing.instant import DAY, Instant
 from pointing.sky import AU_M
 
+if TYPE_CHECKING:
+    from jplephem.daf import DAF
+
 EXTRA = "pip install 'clockdrive[planets]'"
 _AU_KM = AU_M / 1e3
 _J2000_DAY = 51544  # and half a day
 _WORD = 8
 _COMPONENTS = {2: 3, 3: 6}  # by SPK type; in type 3 velocities follow the positions
 _ICRF = 1  # NAIF's number of the frame
-_MOST_SEGMENTS = 10_000
+_SUMMARY_SIZES = (struct.pack("<II", 2, 6), struct.pack(">II", 2, 6))  # floats and integers in an SPK's summaries
+_MOST_PARTS = 1000  # of a table of contents, of up to 25 segments each
+_FARTHEST_KM = 1e11  # beyond all that is known by such files
 _LONGEST_CHAIN = 8
 _LIGHT_S = DAY  # a kernel is used from a day after its beginning, so that it holds what the light left behind
 _DAMAGED = "copy the file again, or take another in [targets] kernel"
@@ -98,7 +106,7 @@ class Kernel:
 
     def span(self, body: int) -> tuple[float, float] | None:
         """From when to when a body's place is known, seconds of TDB since J2000; None when it never is."""
-        low, high = -float("inf"), float("inf")
+        low, high = -math.inf, math.inf
         for _ in range(_LONGEST_CHAIN):
             if body == 0:
                 return low + _LIGHT_S, high
@@ -165,16 +173,13 @@ def _segments(path: Path) -> dict[int, tuple[Segment, ...]]:
     found: dict[int, tuple[Segment, ...]] = {}
     try:
         with path.open("rb") as file:
-            daf, size = DAF(file), path.stat().st_size
-            for count, (_, summary) in enumerate(islice(daf.summaries(), _MOST_SEGMENTS)):
-                start, end, body, centre, frame, kind, first, last = summary
-                if kind in _COMPONENTS and frame == _ICRF:
-                    if not 0 < first < last <= size // _WORD:
-                        raise ValueError(f"segment {count} is beyond the end of the file")  # noqa: TRY301
-                    directory = daf.read_array(last - 3, last).tolist()
-                    span = (float(start), float(end))
-                    made = _segment(path, daf.endian, int(centre), span, (first, last), directory, _COMPONENTS[kind])
-                    found[int(body)] = (made, *found.get(int(body), ()))
+            if file.read(16)[8:] not in _SUMMARY_SIZES:
+                raise ValueError("it does not begin as such files do")  # noqa: TRY301 - one sentence for all damage
+            daf = DAF(file)
+            for summary in _summaries(daf):
+                if summary.kind in _COMPONENTS and summary.frame == _ICRF:
+                    made = _segment(path, daf, summary)
+                    found[summary.body] = (made, *found.get(summary.body, ()))
     except OSError as error:
         raise TargetError(f"kernel {path}: {error.strerror}; check the path in [targets] kernel") from None
     except (ValueError, TypeError, OverflowError, IndexError, struct.error) as error:
@@ -184,21 +189,39 @@ def _segments(path: Path) -> dict[int, tuple[Segment, ...]]:
     return found
 
 
-def _segment(
-    path: Path,
-    order: str,
-    centre: int,
-    span: tuple[float, float],
-    words: tuple[int, int],
-    directory: list[float],
-    components: int,
-) -> Segment:
-    initial, length, size, count = directory
-    whole = all(map(np.isfinite, (*directory, *span))) and length > 0 and count >= 1
-    if not whole or words[0] + size * count + 3 != words[1] or size < 2 + components or (size - 2) % components:
-        raise ValueError(f"a segment of {words[1] - words[0]} words says of itself {directory}")
-    first = (words[0] - 1) * _WORD
-    return Segment(path, order, centre, *span, first, initial, length, int(size), int(count), components)
+class _Summary(NamedTuple):
+    """What the table of contents says of a segment; `first` and `last` count words from 1."""
+
+    start: float
+    end: float
+    body: int
+    centre: int
+    frame: int
+    kind: int
+    first: int
+    last: int
+
+
+def _summaries(daf: "DAF") -> Iterator[_Summary]:
+    """Read the table of contents, whose parts are chained; a damaged chain may be a circle."""
+    for _, count, data in islice(daf.summary_records(), _MOST_PARTS):
+        for i in range(int(count)):
+            begin = daf.summary_control_struct.size + i * daf.summary_step
+            yield _Summary(*daf.summary_struct.unpack(data[begin : begin + daf.summary_length]))
+
+
+def _segment(path: Path, daf: "DAF", summary: _Summary) -> Segment:
+    """A segment ends with where its records begin, their length, their size in words, and how many there are."""
+    start, end, _, centre, _, kind, first, last = summary
+    if not 0 < first < last <= path.stat().st_size // _WORD:
+        raise ValueError(f"it ends before the place of body {summary.body} does")
+    initial, length, size, count = directory = daf.read_array(last - 3, last).tolist()
+    whole = all(map(math.isfinite, (*directory, start, end))) and length > 0.0 and count >= 1.0
+    components = _COMPONENTS[kind]
+    if not whole or first + size * count + 3 != last or size < 2 + components or (size - 2) % components:
+        raise ValueError(f"the records of body {summary.body} do not fit into their place")
+    begin = (first - 1) * _WORD
+    return Segment(path, daf.endian, centre, start, end, begin, initial, length, int(size), int(count), components)
 
 
 @lru_cache(maxsize=1024)
@@ -212,7 +235,8 @@ def _record(segment: Segment, index: int) -> Record:
     except (OSError, ValueError) as error:
         raise TargetError(f"kernel {segment.path} cannot be read any more: {error}; {_DAMAGED}") from None
     middle = segment.initial + (index + 0.5) * segment.length
-    if len(numbers) != segment.words or not np.isfinite(numbers).all() or abs(numbers[0] - middle) > 1.0:
+    whole = len(numbers) == segment.words and (np.abs(numbers) < _FARTHEST_KM).all()
+    if not whole or abs(numbers[0] - middle) > 1.0:
         raise TargetError(f"kernel {segment.path}: record {index} of a segment is damaged; {_DAMAGED}")
     terms = (segment.words - 2) // segment.components
     return record_of_series(numbers[2 : 2 + 3 * terms].reshape(3, terms) / _AU_KM)
