@@ -157,7 +157,7 @@ def near_the_sun(rng, frame):
     """Directions of a body, and of it from the Sun: at half to twice the Sun's distance, some degrees beside it."""
     ex, ey, ez = frame._from_sun
     sun_au = frame._sun_au
-    radius = 10 ** rng.uniform(-2.3, -1)  # from the Sun's limb on
+    radius = 10 ** rng.uniform(-2.3, -1)
     towards = unit((-ex + rng.gauss(0, radius), -ey + rng.gauss(0, radius), -ez + rng.gauss(0, radius)))
     distance = sun_au * rng.uniform(0.5, 2.0)
     return towards, unit(tuple(distance * a + sun_au * e for a, e in zip(towards, frame._from_sun, strict=True)))
