@@ -18,6 +18,7 @@ from clockdrive.state import Activity, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
+from pointing.errors import PointingError
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
@@ -128,7 +129,7 @@ class Session:
             self.follow()
         except Refused:
             pass  # it was stopped, and `trouble` says why
-        except (DriveError, StateError) as error:
+        except (DriveError, StateError, PointingError) as error:  # the last from a target that nobody knows further
             self.stop_and_fail(str(error))
         except Exception as error:  # noqa: BLE001 - a telescope that moves must not lose its control thread
             _LOG.exception("the control cycle failed; the telescope is stopped")
