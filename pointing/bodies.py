@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 SUN, EARTH, MOON = 10, 399, 301
+SERIES_YEARS = (1560, 2640)  # over which the errors of ERFA's series were measured, against DE440
 
 
 class Body(NamedTuple):
@@ -16,7 +17,7 @@ class Body(NamedTuple):
     numbers : tuple of int
         NAIF's, the first that a kernel holds is taken: the body, else the barycentre of it and its moons.
     series_arcsec : float
-        What ERFA's series may be off as seen from the Earth, 1560 to 2640; infinite where there is none.
+        What ERFA's series may be off as seen from the Earth over `SERIES_YEARS`; infinite where there is none.
     """
 
     name: str

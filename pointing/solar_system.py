@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pointing import planetary_series
-from pointing.bodies import BODIES, EARTH, SUN, Body
+from pointing.bodies import BODIES, EARTH, SERIES_YEARS, SUN, Body
 from pointing.chebyshev import State
 from pointing.errors import TargetError
 from pointing.instant import DAY, Instant
@@ -28,7 +28,6 @@ _LIGHT_AU_S = LIGHT_M_S / AU_M
 _ENOUGH_S = 1e-3  # a Newton step of the light time after which less than 1e-10 s is missing
 _ROUNDS = 8
 _J2000_DAY = 51544  # and half a day
-_SERIES_YEARS = (1560, 2640)  # over which the errors below were measured, against DE440
 _NOWHERE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -116,7 +115,7 @@ class SolarSystemBody:
         """Say which ephemeris stands in at a moment, and how wrong it may be; empty where a kernel covers it."""
         if self._covers(instant):
             return ""
-        first, last = _SERIES_YEARS
+        first, last = SERIES_YEARS
         inside = first <= _year(_seconds(instant)) < last
         error = f"up to {self._body.series_arcsec:g}″" if inside else f"how far is known for {first} to {last} only"
         return f"{self._why_no_kernel()}; ERFA's series stand in, which may be off: {error}"

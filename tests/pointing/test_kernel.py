@@ -2,9 +2,12 @@
 
 import math
 import random
+import struct
 import sys
 
+import numpy as np
 import pytest
+from jplephem.daf import DAF
 from jplephem.excerpter import write_excerpt
 from jplephem.spk import SPK
 
@@ -130,6 +133,36 @@ def test_without_the_reader_the_sentence_says_what_to_install(small, monkeypatch
         Kernel(small)
 
 
+def rewritten(source, path, kind, change):
+    """A kernel of type 2 as one of another type, each record as `change` makes it."""
+    with SPK.open(source) as given, path.open("w+b") as file:
+        file.write(source.read_bytes()[:1024])
+        daf = DAF(file)
+        daf.fward = daf.bward = 2
+        daf.free = 3 * 128 + 1
+        daf.write_file_record()
+        daf.write_record(2, struct.pack("<ddd", 0.0, 0.0, 0.0).ljust(1024, b"\0"))
+        daf.write_record(3, b" " * 1024)
+        for name, values in given.daf.summaries():
+            numbers = given.daf.map_array(values[-2], values[-1])
+            initial, length, size, count = numbers[-4:]
+            records = [change(record) for record in numbers[:-4].reshape(int(count), int(size))]
+            words = np.concatenate([*records, [initial, length, len(records[0]), count]])
+            daf.add_array(name, (*values[:5], kind), words)
+    return path
+
+
+def test_a_kernel_with_velocities_of_its_own_gives_the_same_places(small, tmp_path):
+    """SPK type 3: after the series of the place those of the velocity."""
+    path = rewritten(small, tmp_path / "type3.bsp", 3, lambda record: [*record, *record[2:] * 7.0])
+    assert Kernel(path).state(301, WITHIN) == Kernel(small).state(301, WITHIN)
+
+
+def test_a_kernel_of_another_kind_is_a_sentence(small, tmp_path):
+    with pytest.raises(TargetError, match=r"holds no body as Chebyshev series \(SPK types 2 and 3\)"):
+        Kernel(rewritten(small, tmp_path / "type13.bsp", 13, lambda record: record))
+
+
 def test_of_two_parts_the_one_that_covers_the_moment_is_taken(small, tmp_path):
     """Kernels of many centuries come in segments, one after the other in time."""
     early, late = 2451000.5, 2451064.5
@@ -138,8 +171,6 @@ def test_of_two_parts_the_one_that_covers_the_moment_is_taken(small, tmp_path):
         moon = [(n, v) for n, v in whole.daf.summaries() if v[2] in {3, 301}]
         write_excerpt(whole, file, early, late, moon)
     with SPK.open(small) as later, path.open("r+b") as file:
-        from jplephem.daf import DAF
-
         both = DAF(file)
         for name, values in later.daf.summaries():
             if values[2] in {3, 301}:
