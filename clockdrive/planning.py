@@ -55,8 +55,9 @@ def plan_from(
     plan = planner.plan(resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
-    surely = around.notes(plan.arrival, math.asin(plan.observed[2]))
-    return plan_answer(plan, planner, (*surely, *notes_of(resolved, Instant.from_posix(plan.arrival)), *unasked))
+    of_the_target = notes_of(resolved, Instant.from_posix(plan.arrival))
+    notes = *around.notes(plan.arrival, math.asin(plan.observed[2])), *of_the_target, *unasked
+    return plan_answer(plan, planner, notes)
 
 
 def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:

@@ -36,7 +36,7 @@ _CATALOGUES = {
 }
 _DESIGNATION = re.compile(r"([a-z]+)0*(\d+)([a-z]?)", re.ASCII)
 _HIPPARCOS = re.compile(r"hip0*(\d+)", re.ASCII)
-_SMALL_BODIES = frozenset(
+_ELSEWHERE = frozenset(  # moons, minor planets and satellites that people ask for by name
     (
         *("ceres", "pallas", "juno", "vesta", "phobos", "deimos", "io", "europa", "ganymede", "callisto"),
         *("rhea", "iapetus", "titan", "titania", "oberon", "triton", "charon", "iss", "hubble"),
@@ -66,14 +66,15 @@ def find(name: str, kernel: Path | None = None) -> Target:
     Raises
     ------
     TargetError
-        The name is unknown, with the nearest names that are known; or of a small body; the kernel is of no use.
+        The name is unknown, with the nearest names that are known; it is that of a moon, a minor planet or a
+        satellite; the kernel is of no use.
     """
     key = _key(name)
     if key in BODIES:
         from pointing.solar_system import SolarSystemBody  # noqa: PLC0415 - 5 ms: only its users pay
 
         return SolarSystemBody(key, kernel)
-    if key in _SMALL_BODIES:
+    if key in _ELSEWHERE:
         raise TargetError(
             f"{name!r} is of the solar system, of which this version points at Sun, Moon and planets by name:"
             " give one of these, a star, a deep-sky object or a place"

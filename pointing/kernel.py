@@ -124,7 +124,7 @@ class Kernel:
         Raises
         ------
         TargetError
-            The file is damaged, or has a gap there.
+            The file is damaged, or does not hold the body then.
         """
         (x, y, z), (vx, vy, vz) = (segment := self._segment(body, instant)).state(instant)
         while segment.centre:
@@ -134,14 +134,19 @@ class Kernel:
         return (x, y, z), (vx, vy, vz)
 
     def _segment(self, body: int, instant: Instant) -> Segment:
-        segments = self._segments[body]
+        segments = self._segments.get(body, ())
         if len(segments) == 1:
             return segments[0]
-        seconds = (instant.day - _J2000_DAY) * DAY - DAY / 2 + instant.seconds
+        seconds = since_j2000(instant)
         for segment in segments:
             if segment.start - _LIGHT_S <= seconds <= segment.end:
                 return segment
-        raise TargetError(f"kernel {self.path}: body {body} has a gap at MJD {instant.day}; {_DAMAGED}")
+        raise TargetError(f"kernel {self.path}: body {body} is not in it at MJD {instant.day}; {_DAMAGED}")
+
+
+def since_j2000(instant: Instant) -> float:
+    """Seconds since J2000, to a microsecond."""
+    return (instant.day - _J2000_DAY) * DAY - DAY / 2 + instant.seconds
 
 
 @lru_cache(maxsize=8)

@@ -18,7 +18,7 @@ from pointing.bodies import BODIES, EARTH, SERIES_YEARS, SUN, Body
 from pointing.chebyshev import State
 from pointing.errors import TargetError
 from pointing.instant import DAY, Instant
-from pointing.kernel import EXTRA, Kernel, bundled_kernel, kernel
+from pointing.kernel import EXTRA, Kernel, bundled_kernel, kernel, since_j2000
 from pointing.sky import AU_M, LIGHT_M_S, YEAR_DAYS, SkyFrame
 from pointing.vectors import Vector
 
@@ -27,7 +27,6 @@ Ephemeris = Callable[[int, Instant], State]  # gives the state of the body of a 
 _LIGHT_AU_S = LIGHT_M_S / AU_M
 _ENOUGH_S = 1e-3  # a Newton step of the light time after which less than 1e-10 s is missing
 _ROUNDS = 8
-_J2000_DAY = 51544  # and half a day
 _NOWHERE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -116,12 +115,12 @@ class SolarSystemBody:
         if self._covers(instant):
             return ""
         first, last = SERIES_YEARS
-        inside = first <= _year(_seconds(instant)) < last
+        inside = first <= _year(since_j2000(instant)) < last
         error = f"up to {self._body.series_arcsec:g}″" if inside else f"how far is known for {first} to {last} only"
         return f"{self._why_no_kernel()}; ERFA's series stand in, which may be off: {error}"
 
     def _covers(self, instant: Instant) -> bool:
-        return self._span[0] <= _seconds(instant) <= self._span[1]
+        return self._span[0] <= since_j2000(instant) <= self._span[1]
 
     def _why_no_kernel(self) -> str:
         if self._kernel is None:
@@ -165,8 +164,8 @@ def _seen(state: Ephemeris, number: int, now: Instant, observer: State) -> Astro
     x, y, z = x / distance, y / distance, z / distance
     # With r = b(t − τ) − o(t) and |r| = c τ: τ̇ = n·(ḃ − ȯ) / (c + n·ḃ), and b moves by ḃ (1 − τ̇).
     recede = x * ux + y * uy + z * uz
-    late = 1.0 - (recede - (x * vx + y * vy + z * vz)) / (_LIGHT_AU_S + recede)
-    ux, uy, uz = ux * late, uy * late, uz * late
+    pace = 1.0 - (recede - (x * vx + y * vy + z * vz)) / (_LIGHT_AU_S + recede)
+    ux, uy, uz = ux * pace, uy * pace, uz * pace
     rate = _turning((x, y, z), (ux - vx, uy - vy, uz - vz), distance)
     if number == SUN:
         return Astrometric((x, y, z), rate, _NOWHERE, distance)
@@ -174,7 +173,7 @@ def _seen(state: Ephemeris, number: int, now: Instant, observer: State) -> Astro
     hx, hy, hz = bx - sx, by - sy, bz - sz
     far = math.sqrt(hx * hx + hy * hy + hz * hz)
     from_sun = hx / far, hy / far, hz / far
-    moving = _turning(from_sun, (ux - wx * late, uy - wy * late, uz - wz * late), far)
+    moving = _turning(from_sun, (ux - wx * pace, uy - wy * pace, uz - wz * pace), far)
     return Astrometric((x, y, z), rate, (from_sun, moving), distance)
 
 
@@ -208,11 +207,6 @@ def _tdb(frame: SkyFrame) -> Instant:
     centuries = frame.years / 100.0
     late = 0.001657 * math.sin(628.3076 * centuries + 6.2401) + 0.000022 * math.sin(575.3385 * centuries + 4.2970)
     return frame.instant.plus(late)
-
-
-def _seconds(instant: Instant) -> float:
-    """Seconds since J2000."""
-    return (instant.day - _J2000_DAY) * DAY - DAY / 2 + instant.seconds
 
 
 def _year(seconds: float) -> float:

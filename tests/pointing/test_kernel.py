@@ -14,7 +14,9 @@ from jplephem.spk import SPK
 from pointing.errors import TargetError
 from pointing.instant import DAY, Instant
 from pointing.kernel import Kernel, bundled_kernel, kernel
-from pointing.sky import AU_M
+from pointing.site import Site
+from pointing.sky import AU_M, LIGHT_M_S, Sky
+from pointing.solar_system import SolarSystemBody
 
 AU_KM = AU_M / 1e3
 FIRST, LAST = 2461000.5, 2461064.5  # of the excerpt, JD
@@ -62,6 +64,34 @@ def test_a_body_is_known_from_the_second_day_of_its_file_on(small):
     assert begin <= (FIRST - 2451545.0 + 1.0) * DAY
     assert end >= (LAST - 2451545.0) * DAY
     assert Kernel(small).span(499) is None
+
+
+def test_a_body_that_the_file_does_not_hold_is_a_sentence(small):
+    with pytest.raises(TargetError, match=r"small.bsp does not hold Mars.*499 or 4.*\[targets\] kernel"):
+        SolarSystemBody("Mars", small)
+    with pytest.raises(TargetError, match="body 499 is not in it"):
+        Kernel(small).state(499, WITHIN)
+    assert SolarSystemBody("Jupiter", small).note_at(WITHIN) == ""
+
+
+def test_a_planet_is_itself_where_the_file_holds_it_and_else_its_barycentre(small, tmp_path):
+    """Jupiter, a tenth of the Moon's way from the barycentre of its system."""
+    path = tmp_path / "jupiter.bsp"
+    path.write_bytes(small.read_bytes())
+    with SPK.open(small) as given, path.open("r+b") as file:
+        (name, moon) = next((n, v) for n, v in given.daf.summaries() if v[2] == 301)
+        numbers = given.daf.map_array(moon[-2], moon[-1]).copy()
+        size = int(numbers[-2])
+        for record in numbers[:-4].reshape(-1, size):
+            record[2:] /= 10.0
+        DAF(file).add_array(name, (*moon[:2], 599, 5, *moon[4:6]), numbers)
+    frame = Sky(Site.from_degrees(0, 0)).at(WITHIN)
+    itself, system = (SolarSystemBody("Jupiter", each).astrometric(frame) for each in (path, small))
+    left = WITHIN.plus(-system.distance_au * AU_M / LIGHT_M_S)
+    moved, moon = (np.subtract(*(Kernel(path).state(n, left)[0] for n in pair)) for pair in ((599, 5), (301, 3)))
+    assert moved == pytest.approx(moon / 10.0, abs=1e-14)
+    across = np.linalg.norm(np.cross(moved, system.direction)) / system.distance_au
+    assert math.dist(itself.direction, system.direction) == pytest.approx(across, rel=1e-3)
 
 
 def test_an_excerpt_says_what_the_whole_says(small):
@@ -178,5 +208,5 @@ def test_of_two_parts_the_one_that_covers_the_moment_is_taken(small, tmp_path):
     joined = Kernel(path)
     for instant in (WITHIN, Instant(51030, 7.0)):
         assert joined.state(301, instant) == kernel(bundled_kernel()).state(301, instant)
-    with pytest.raises(TargetError, match="gap at MJD 56000"):
+    with pytest.raises(TargetError, match="body 301 is not in it at MJD 56000"):
         joined.state(301, Instant(56000, 0.0))
