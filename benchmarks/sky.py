@@ -11,6 +11,7 @@ from benchmarks.benchmark import benchmark, best_seconds
 from pointing.instant import Instant
 from pointing.site import Site, Weather
 from pointing.sky import Sky
+from pointing.solar_system import SolarSystemBody
 from pointing.targets import Star
 
 MIDNIGHT = 1_800_000_000.0  # POSIX
@@ -52,3 +53,13 @@ def observed_place_with_rate() -> tuple[float, str]:
     """Time, place, refraction, and the derivative of all of them."""
     ours, theirs = star_seconds(with_rate=True), atco13_seconds()
     return ours / theirs, f"{ours * 1e6:.0f} µs, `erfa.atco13` {theirs * 1e6:.0f} µs"
+
+
+@benchmark("observed place of the Moon with its rate at a new time, in calls of `erfa.atco13`", unit="", at_most=2.0)
+def observed_moon_with_rate() -> tuple[float, str]:
+    """Kernel, light time, time, place, refraction, and the derivative of all of them."""
+    seconds = count()
+    sky = Sky(Site.from_degrees(LATITUDE, LONGITUDE, HEIGHT, weather=WEATHER))
+    moon = SolarSystemBody("Moon")
+    ours = best_seconds(lambda: moon.observed_with_rate(sky.at(Instant.from_posix(MIDNIGHT + next(seconds)))))
+    return ours / atco13_seconds(), f"{ours * 1e6:.0f} µs, `erfa.atco13` {atco13_seconds() * 1e6:.0f} µs"

@@ -195,7 +195,9 @@ def arrival_answer(arrival: "Arrival", planner: Planner, notes: Sequence[str] = 
     )
 
 
-def rates_answer(name: str, time: float, direction: Vector, state: AxisState, planner: Planner) -> Answer:
+def rates_answer(
+    name: str, time: float, direction: Vector, state: AxisState, planner: Planner, notes: Sequence[str] = ()
+) -> Answer:
     """Put tracking rates into the form of `rates --json`."""
     axes = []
     for axis, (angle, rate) in zip(planner.axes, state, strict=True):
@@ -216,6 +218,7 @@ def rates_answer(name: str, time: float, direction: Vector, state: AxisState, pl
             "utc": utc(time),
             "observed": observed(direction, planner.mount.latitude),
             "axes": axes,
+            "notes": list(notes),
         }
     )
 

@@ -30,6 +30,7 @@ from clockdrive.configuration_sections import (
     MountSection,
     SimulatorSection,
     SiteSection,
+    TargetsSection,
     WeatherSection,
 )
 from clockdrive.errors import ConfigurationError
@@ -70,6 +71,7 @@ class Configuration:
     axes: tuple[AxisSection, AxisSection]
     limits: LimitsSection
     instruments: Mapping[str, InstrumentSection]
+    targets: TargetsSection
     simulator: SimulatorSection
     state_path: Path | None
     values: Mapping[str, Value]
@@ -329,6 +331,7 @@ def _frozen(draft: _Draft, source: str, notice: str) -> Configuration:
         axes=(section(AxisSection, "axis1"), section(AxisSection, "axis2")),
         limits=section(LimitsSection, "limits"),
         instruments={name: section(InstrumentSection, f"instruments.{name}") for name in draft.instruments},
+        targets=section(TargetsSection, "targets"),
         simulator=section(SimulatorSection, "simulator"),
         state_path=cast("Path | None", values["state.path"]),
         values=draft.values,

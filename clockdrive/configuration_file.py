@@ -19,6 +19,7 @@ _SECTIONS = {
     "axis2": "Equatorial: declination, beyond 90 past the pole. Altazimuth: elevation.",
     "rotator": "The instrument rotator, when there is one.",
     "instruments.main": "Pointing origins: where in the focal plane a target is put. One table each.",
+    "targets": "Where targets come from that move among the stars.",
     "simulator": "What the embedded simulator's telescope really does; a perfect mount when left out.",
     "state": "Where positions, corrections and history are kept between commands.",
 }

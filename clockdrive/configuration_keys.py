@@ -326,6 +326,11 @@ _INSTRUMENTS = (
     Key("instruments.*", "x_arcsec", "number", 0.0, "pointing origin in the focal plane, x", "arcsec", -36000, 36000),
     Key("instruments.*", "y_arcsec", "number", 0.0, "pointing origin in the focal plane, y", "arcsec", -36000, 36000),
 )
+_TARGETS = (
+    Key("targets", "kernel", "path", None,
+        "JPL ephemeris (SPK file) for Sun, Moon and planets; none: DE421 of the extra `planets`, 1899 to 2053",
+        example="de440s.bsp"),
+)
 _STATE = (
     Key("state", "path", "path", Computed("the platform's state directory", lambda _facts, _section: None),
         "folder that keeps positions, corrections and history", example="state"),
@@ -387,7 +392,7 @@ _ROTATOR = tuple(
 
 KEYS: tuple[Key, ...] = (
     *_SITE, *_WEATHER, *_DRIVE, *_MOUNT, *_LIMITS, *_for_axis("axis1", _AXIS), *_for_axis("axis2", _AXIS), *_AXIS2,
-    *_for_axis("rotator", _ROTATOR), *_INSTRUMENTS, *_SIMULATOR, *_STATE,
+    *_for_axis("rotator", _ROTATOR), *_INSTRUMENTS, *_TARGETS, *_SIMULATOR, *_STATE,
 )  # fmt: skip
 
 

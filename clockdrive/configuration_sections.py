@@ -110,6 +110,13 @@ class InstrumentSection:
 
 
 @dataclass(frozen=True)
+class TargetsSection:
+    """`[targets]`: files from which targets come."""
+
+    kernel: Path | None
+
+
+@dataclass(frozen=True)
 class SimulatorSection:
     """`[simulator]`: what the simulated telescope really does."""
 

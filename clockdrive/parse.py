@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
 from clockdrive.errors import InputError
 from pointing import catalogue
@@ -37,10 +38,26 @@ _DURATION = re.compile(
 
 
 @dataclass(frozen=True)
+class Sources:
+    """The files from which targets come, as configured.
+
+    Parameters
+    ----------
+    kernel : Path, optional
+        JPL's ephemeris of the solar system; by default the bundled one.
+    """
+
+    kernel: Path | None = None
+
+
+@dataclass(frozen=True)
 class Best:
     """The best-placed bright object, whichever that is at the time."""
 
     name: str = "best"
+
+
+_BUNDLED = Sources()
 
 
 def shielded(words: Iterable[str]) -> list[str]:
@@ -50,13 +67,15 @@ def shielded(words: Iterable[str]) -> list[str]:
     ]
 
 
-def target(words: str | Sequence[str]) -> Target | Best:
+def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | Best:
     """What to point at.
 
     Parameters
     ----------
     words : str or sequence of str
         As typed, split anywhere between words.
+    sources : Sources, optional
+        Files from which targets come; the bundled ones by default.
 
     Raises
     ------
@@ -77,7 +96,7 @@ def target(words: str | Sequence[str]) -> Target | Best:
         return Star.from_degrees(ra, _within("declination", float(pair[2]), -90.0, 90.0), text)
     if _COORDINATES.fullmatch(text):
         return _sexagesimal(text)
-    return catalogue.find(text)
+    return catalogue.find(text, sources.kernel)
 
 
 def _sexagesimal(text: str) -> Star:

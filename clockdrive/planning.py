@@ -19,7 +19,7 @@ from pointing.mount import POSTURES
 from pointing.pass_plan import PassPlan, is_fast, pass_plan
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
-from pointing.targets import Star, Target
+from pointing.targets import Star, Target, notes_of
 from pointing.vectors import Vector
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def plan_from(
         The site of a real telescope is left to its unit, which is not asked.
     """
     planner, around, left = _without_a_drive(configuration, time)
-    resolved = resolve(target, planner, time)
+    resolved = resolve(target, planner, time, sources_of(configuration))
     found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
@@ -90,14 +90,18 @@ def answered(
 ) -> PlanAnswer | PassAnswer:
     """Put a plan or a pass, asked for at `time`, into words and numbers."""
     if isinstance(found, Plan):
-        return plan_answer(found, planner, (*around.notes(found.arrival, _altitude(found.observed)), *notes), target)
+        said = notes_at(around, found.arrival, found.observed, target)
+        return plan_answer(found, planner, (*said, *notes), target)
     (one, _), (two, _) = found.trajectory.angles(found.joined)
-    altitude = _altitude(planner.mount.observed(one, two))
-    return pass_answer(found, time, planner, (*around.notes(found.joined, altitude), *notes))
+    said = notes_at(around, found.joined, planner.mount.observed(one, two), target)
+    return pass_answer(found, time, planner, (*said, *notes))
 
 
-def _altitude(observed: Vector) -> float:
-    return math.asin(max(-1.0, min(1.0, observed[2])))
+def notes_at(around: Surroundings, time: float, observed: Vector, target: Target | None) -> tuple[str, ...]:
+    """What a person should know of the clock, the air and the target at a time and an observed direction."""
+    altitude = math.asin(max(-1.0, min(1.0, observed[2])))
+    of_the_target = () if target is None else notes_of(target, Instant.from_posix(time))
+    return *around.notes(time, altitude), *of_the_target
 
 
 def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:
@@ -109,7 +113,7 @@ def rates_at(configuration: Configuration, target: "TargetLike", time: float) ->
         As for `plan_from`.
     """
     planner, _, _ = _without_a_drive(configuration, time)
-    return rates_of(planner, resolve(target, planner, time), time)
+    return rates_of(planner, resolve(target, planner, time, sources_of(configuration)), time)
 
 
 def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
@@ -133,11 +137,17 @@ def rates_of(planner: Planner, target: Target, time: float) -> Answer:
         for state in states
         if all(axis.minimum <= angle <= axis.maximum for axis, (angle, _) in zip(planner.axes, state, strict=True))
     ]
-    direction = target.observed(planner.sky.at(Instant.from_posix(time)))
-    return rates_answer(target.name, time, direction, (allowed or states)[0], planner)
+    instant = Instant.from_posix(time)
+    direction, state = target.observed(planner.sky.at(instant)), (allowed or states)[0]
+    return rates_answer(target.name, time, direction, state, planner, notes_of(target, instant))
 
 
-def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
+def sources_of(configuration: Configuration) -> parse.Sources:
+    """Return the files from which targets come."""
+    return parse.Sources(kernel=configuration.targets.kernel)
+
+
+def resolve(given: "TargetLike", planner: Planner, time: float, sources: parse.Sources) -> Target:
     """Turn whatever a person gives into a target.
 
     Raises
@@ -146,7 +156,7 @@ def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
         It is none; the text says what is wrong with it.
     """
     if isinstance(given, str):
-        found = parse.target(given)
+        found = parse.target(given, sources)
         return best(planner, time) if isinstance(found, parse.Best) else found
     if callable(getattr(given, "observed_with_rate", None)):
         return cast("Target", given)

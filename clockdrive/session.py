@@ -18,7 +18,7 @@ from clockdrive.state import Activity, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
-from pointing.errors import TargetError
+from pointing.errors import PointingError, TargetError
 from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
@@ -134,7 +134,7 @@ class Session:
             return self.follow()
         except Refused:
             pass  # it was stopped, and `trouble` says why
-        except (DriveError, StateError) as error:
+        except (DriveError, StateError, PointingError) as error:  # the last from a target that nobody knows further
             self.stop_and_fail(str(error))
         except Exception as error:  # noqa: BLE001 - a telescope that moves must not lose its control thread
             _LOG.exception("the control cycle failed; the telescope is stopped")

@@ -22,7 +22,7 @@ from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
-from clockdrive.planning import answered, plan_or_pass, posix, rates_of, resolve
+from clockdrive.planning import answered, notes_at, plan_or_pass, posix, rates_of, resolve, sources_of
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
@@ -184,7 +184,7 @@ class Telescope:
             text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
             raise Unreachable(text, ahead.reachable)
         arrival = self._perform(self._slewing.goto(resolved, progress, ahead))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
+        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved))
 
     def flip(self, progress: Report = nobody) -> Answer:
         """Take up the tracked target in the other posture, by a safe way; a German mount changes sides."""
@@ -361,9 +361,8 @@ class Telescope:
             raise
         return session
 
-    def _notes(self, plan: Plan) -> tuple[str, ...]:
-        altitude = math.asin(max(-1.0, min(1.0, plan.observed[2])))
-        return self._session.surroundings.notes(plan.arrival, altitude)
+    def _notes(self, plan: Plan, target: Target | None = None) -> tuple[str, ...]:
+        return notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
 
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))
@@ -405,4 +404,4 @@ class Telescope:
         return self.clock.now() if at is None else posix(at)
 
     def _target(self, given: "TargetLike", time: float) -> Target:
-        return resolve(given, self._session.planner, time)
+        return resolve(given, self._session.planner, time, sources_of(self.configuration))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pointing.planner import Planner
     from pointing.site import Site, Weather
     from pointing.sky import Sky
+    from pointing.solar_system import SolarSystemBody
     from pointing.targets import FixedAltAz, FixedHaDec, Star
 
 _HOME = {
@@ -36,6 +37,7 @@ _HOME = {
     "PointingError": "pointing.errors",
     "Site": "pointing.site",
     "Sky": "pointing.sky",
+    "SolarSystemBody": "pointing.solar_system",
     "Star": "pointing.targets",
     "Start": "pointing.plan",
     "TargetError": "pointing.errors",
@@ -61,6 +63,7 @@ __all__ = [
     "PointingError",
     "Site",
     "Sky",
+    "SolarSystemBody",
     "Star",
     "Start",
     "TargetError",

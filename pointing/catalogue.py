@@ -1,4 +1,4 @@
-"""From a name to a target: IAU-named stars from our table, Messier, NGC, IC and more from OpenNGC through pyongc.
+"""From a name to a target: Sun, Moon, planets; IAU-named stars from our table; Messier, NGC, IC and more from pyongc.
 
 Names are compared without case, accents, spaces and punctuation. Only a deep-sky name costs the import of pyongc.
 A name that is not known is answered with the nearest ones that are.
@@ -11,8 +11,10 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import NamedTuple
 
+from pointing.bodies import BODIES
 from pointing.errors import TargetError
 from pointing.targets import Star, Target
 
@@ -34,9 +36,8 @@ _CATALOGUES = {
 }
 _DESIGNATION = re.compile(r"([a-z]+)0*(\d+)([a-z]?)", re.ASCII)
 _HIPPARCOS = re.compile(r"hip0*(\d+)", re.ASCII)
-_SOLAR_SYSTEM = frozenset(
+_ELSEWHERE = frozenset(  # moons, minor planets and satellites that people ask for by name
     (
-        *("sun", "moon", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune", "pluto"),
         *("ceres", "pallas", "juno", "vesta", "phobos", "deimos", "io", "europa", "ganymede", "callisto"),
         *("rhea", "iapetus", "titan", "titania", "oberon", "triton", "charon", "iss", "hubble"),
     )
@@ -52,19 +53,31 @@ class NamedStar(NamedTuple):
     v_mag: float
 
 
-def find(name: str) -> Target:
-    """Find the target of a name.
+def find(name: str, kernel: Path | None = None) -> Target:
+    """Find the target of a name; Sun, Moon and planets come before stars.
+
+    Parameters
+    ----------
+    name : str
+        As it is written.
+    kernel : Path, optional
+        An SPK file for bodies of the solar system, as in `SolarSystemBody`.
 
     Raises
     ------
     TargetError
-        The name is unknown, with the nearest names that are known; or of the solar system.
+        The name is unknown, with the nearest names that are known; it is that of a moon, a minor planet or a
+        satellite; the kernel is of no use.
     """
     key = _key(name)
-    if key in _SOLAR_SYSTEM:
+    if key in BODIES:
+        from pointing.solar_system import SolarSystemBody  # noqa: PLC0415 - 5 ms: only its users pay
+
+        return SolarSystemBody(key, kernel)
+    if key in _ELSEWHERE:
         raise TargetError(
-            f"{name!r} is of the solar system, which this version does not point at:"
-            " give a star, a deep-sky object or a place"
+            f"{name!r} is of the solar system, of which this version points at Sun, Moon and planets by name:"
+            " give one of these, a star, a deep-sky object or a place"
         )
     for search in _SEARCHES:
         target = search(key)
@@ -176,6 +189,7 @@ def _advice(key: str) -> str:
     known = {
         **{k: name.text for k, name in _popular_names().items()},
         **{k: s.name for k, s in _stars_by_name().items()},
+        **{k: body.name for k, body in BODIES.items()},
     }
     near = [known[match] for match in get_close_matches(key, known, _SUGGESTIONS)]
     if near:

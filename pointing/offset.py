@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, replace
 
 from pointing.errors import TargetError
+from pointing.instant import Instant
 from pointing.sky import SkyFrame
-from pointing.targets import Target
+from pointing.targets import Target, notes_of
 from pointing.vectors import Vector
 
 _POLE = 1e-12  # closer than this there is neither east nor north
@@ -46,6 +47,10 @@ class OffsetTarget:
     def moved(self, east: float, north: float) -> "OffsetTarget":
         """Displace further."""
         return replace(self, east=self.east + east, north=self.north + north)
+
+    def note_at(self, instant: Instant) -> str:
+        """Say what is to be said of the place of what is displaced."""
+        return "".join(notes_of(self.base, instant))
 
     def observed(self, frame: SkyFrame) -> Vector:
         """Return the observed direction in the horizon frame."""

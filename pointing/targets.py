@@ -6,10 +6,10 @@ frame. Catalogue places go through the whole chain; `altaz:` and `hadec:` are ob
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
 from pointing.errors import TargetError
-from pointing.instant import DAY
+from pointing.instant import DAY, Instant
 from pointing.sky import AU_M, LIGHT_M_S, YEAR_DAYS, SkyFrame
 from pointing.vectors import (
     Vector,
@@ -31,7 +31,10 @@ _STILL: Vector = (0.0, 0.0, 0.0)
 
 
 class Target(Protocol):
-    """Anything the telescope can be pointed at."""
+    """Anything the telescope can be pointed at.
+
+    One whose place may be wrong at times has a method `note_at` as well, see `Noted`.
+    """
 
     @property
     def name(self) -> str:
@@ -45,6 +48,24 @@ class Target(Protocol):
     def observed_with_rate(self, frame: SkyFrame) -> tuple[Vector, Vector]:
         """Return the observed direction and its derivative per second."""
         ...
+
+
+@runtime_checkable
+class Noted(Protocol):
+    """A target whose place may be wrong at times."""
+
+    def note_at(self, instant: Instant) -> str:
+        """Say why the place at a moment may be wrong, by how much, and what to do; empty when it is right.
+
+        The sentence begins with the target's name and a colon.
+        """
+        ...
+
+
+def notes_of(target: Target, instant: Instant) -> tuple[str, ...]:
+    """What a person must be told of a target's place at a moment; nothing where it is right."""
+    note = target.note_at(instant) if isinstance(target, Noted) else ""
+    return (note,) if note else ()
 
 
 @dataclass(frozen=True)

@@ -153,11 +153,14 @@ def simulate(args: argparse.Namespace) -> None:
 def config(args: argparse.Namespace) -> None:
     """Check a configuration as a whole, and that this version can do what it asks for."""
     from clockdrive import assembly  # noqa: PLC0415 - as in `plan`
+    from pointing.kernel import kernel  # noqa: PLC0415 - likewise
 
     configuration = configuration_of(args.config)
     if missing := configuration.missing_files():
         raise ConfigurationError(configuration.source, missing)
     assembly.planner(configuration)
+    if configuration.targets.kernel is not None:
+        kernel(configuration.targets.kernel)
     _show(
         args,
         {"ok": True, "source": configuration.source, "cautions": list(configuration.cautions)},

@@ -59,7 +59,7 @@ def plan_text(answer: Mapping[str, Any]) -> str:
     lines += [f"  {_axis(axis)}" for axis in answer["axes"]]
     lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
     lines += [f"  {line}" for line in (*_pass_lines(answer.get("pass")), *_limit_lines(answer.get("next_limit")))]
-    lines += [f"  note: {note}" for note in answer.get("notes", ())]
+    lines += _notes(answer)
     return "\n".join(lines)
 
 
@@ -99,15 +99,18 @@ def rates_text(answer: Mapping[str, Any]) -> str:
         f"{axis['rate_counts_s']:+.5f} counts/s  register {axis['velocity_register']}"
         for axis in answer["axes"]
     ]
+    lines += _notes(answer)
     return "\n".join(lines)
 
 
 def arrival_text(answer: Mapping[str, Any]) -> str:
-    """An arrival as a line."""
-    return (
+    """An arrival as a line, with what is to be said of the target."""
+    arrival = (
         f"on {answer['target']} at {answer['arrived_utc']} (predicted {answer['arrival_utc']}), "
         f"{answer['arrival_error_arcsec']:.2f}″ off on landing, {answer['slews']} slew(s)"
     )
+    of_the_target = [note for note in _notes(answer) if note.startswith(f"  note: {answer['target']}: ")]
+    return "\n".join((arrival, *of_the_target))
 
 
 def live_line(status: Mapping[str, Any]) -> str:
@@ -153,6 +156,10 @@ def status_text(status: Mapping[str, Any]) -> str:
         lines.append("  parked; `clockdrive unpark` allows motion")
     lines += [f"  {text}" for text in (status["trouble"], *status["notes"]) if text]
     return "\n".join(lines)
+
+
+def _notes(answer: Mapping[str, Any]) -> list[str]:
+    return [f"  note: {note}" for note in answer.get("notes", ())]
 
 
 def _correction(row: Mapping[str, Any]) -> str:

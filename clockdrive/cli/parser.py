@@ -10,8 +10,8 @@ from clockdrive.configuration_keys import DRIVE_KINDS
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
-    "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega), best, altaz:AZ,ALT or "
-    "hadec:H,D (degrees, observed)"
+    "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega, Moon, Jupiter), best, "
+    "altaz:AZ,ALT or hadec:H,D (degrees, observed)"
 )
 
 

@@ -86,6 +86,7 @@ def test_names_are_looked_up_and_best_stays_symbolic():
     assert parse.target("Vega").name == "Vega"
     assert parse.target(["NGC", "7000"]).name == "NGC 7000"
     assert parse.target("m1").name == "M1"
+    assert parse.target("MOON").name == "Moon"
     assert parse.target("Best") == parse.Best()
 
 
@@ -114,7 +115,7 @@ def test_names_are_looked_up_and_best_stays_symbolic():
         ("tle:file.txt#ISS", "does not point at satellites"),
         ("mpc:f#Ceres", "does not point at minor planets"),
         ("ephem:f.ecsv", "does not point at places of an ephemeris"),
-        ("Jupiter", "this version does not"),
+        ("Ganymede", "Sun, Moon and planets by name"),
         ("Vegga", "Vega"),
         ("x" * 5000, ""),
     ],

@@ -1,5 +1,6 @@
 """Targets and moments in every form that people have them; plans without any drive."""
 
+import re
 from datetime import UTC, datetime
 
 import pytest
@@ -10,8 +11,10 @@ from telescope_bench import T0, telescope
 
 from clockdrive import assembly
 from clockdrive.best import best
+from clockdrive.cli.display import arrival_text, rates_text
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, InputError, Refused
+from clockdrive.parse import Sources
 from clockdrive.planning import plan_from, posix, rates_of, resolve
 from pointing.errors import TargetError, Unreachable
 from pointing.targets import FixedAltAz, Star
@@ -49,7 +52,7 @@ def test_every_form_of_a_moment_is_the_same_second():
 @pytest.mark.parametrize("given", [None, 42, object(), ["M1"]])
 def test_what_is_no_target_is_refused(given, planner):
     with pytest.raises(TargetError, match="is no target"):
-        resolve(given, planner, T0)
+        resolve(given, planner, T0, Sources())
 
 
 def test_a_plan_without_a_drive_is_the_one_that_the_telescope_makes(tmp_path):
@@ -74,6 +77,44 @@ def test_a_plan_that_asks_no_unit_says_what_it_took_for_granted():
 def test_rates_are_given_below_the_horizon_too(planner):
     rates = rates_of(planner, FixedAltAz(0.0, -0.5), T0)
     assert [axis["rate_deg_s"] for axis in rates["axes"]] == [0.0, 0.0]
+
+
+def test_the_moon_is_met_where_it_will_be_and_followed(tmp_path):
+    risen = posix("2027-01-15T09:00:00Z")
+    with telescope(tmp_path, start=risen) as scope:
+        arrival = scope.goto("Moon")
+        scope.wait(600.0)
+        off_arcsec = scope.status()["error_arcsec"]
+    print(f"Moon: {arrival['arrival_error_arcsec']:.2f}″ off on landing, {off_arcsec:.3f}″ after ten minutes")
+    assert arrival["slews"] == 1
+    assert arrival["arrival_error_arcsec"] < 2.0
+    assert off_arcsec < 0.5
+    assert not any("Moon" in note for note in arrival["notes"])
+
+
+def test_what_stands_in_for_a_kernel_is_told_under_plans_rates_and_arrivals(tmp_path):
+    late = posix("2060-01-01T12:00:00Z")
+    with telescope(tmp_path, start=late) as scope:
+        answers = [
+            scope.plan("Saturn"),
+            scope.rates("Saturn"),
+            scope.goto("Saturn"),
+            plan_from(scope.configuration, "Saturn", late, CENTRE),
+        ]
+        scope.offset(60.0, 0.0)
+        answers.append(scope.plan("Saturn"))
+    for answer in answers:
+        assert any(re.match(r"Saturn: kernel de421.bsp covers .* off: up to 130″", note) for note in answer["notes"])
+    assert "\n  note: Saturn: kernel de421.bsp" in arrival_text(answers[2].json)
+    assert "\n  note: Saturn: kernel de421.bsp" in rates_text(answers[1].json)
+
+
+def test_the_sun_is_refused_by_its_own_zone():
+    noon = posix("2027-01-15T00:30:00Z")
+    with pytest.raises(Unreachable, match=r"Sun: 0.0° from the Sun .* inside its zone of 20.0°"):
+        plan_from(load(None, {}, {}), "Sun", noon, CENTRE)
+    allowed = plan_from(load(None, {}, {"limits.sun_avoidance_deg": 0.0}), "Sun", noon, CENTRE)
+    assert allowed["observed"]["altitude_deg"] > 60.0
 
 
 def test_the_best_object_is_bright_high_and_stays_allowed(planner):

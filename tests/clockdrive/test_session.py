@@ -9,7 +9,7 @@ from telescope_bench import QUICK, T0, Witness, star_at, telescope
 from clockdrive.errors import OwnedElsewhere, Refused, StateError
 from mounts.errors import DriveError
 from mounts.tc410.registers import by_name
-from pointing.errors import Unreachable
+from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
 from transports.errors import LinkError, NoAnswer
 
@@ -33,6 +33,33 @@ def moving(scope):
     scope.wait(6.0)  # for what ramps down
     scope.simulator.advance(scope.clock.now())
     return any(axis.moved for axis in scope.simulator.axes)
+
+
+class Ending:
+    """A star whose place nobody knows from a moment on, as that of Pluto at the end of its kernel."""
+
+    name = "Ending"
+
+    def __init__(self, star, end):
+        self.star = star
+        self.end = Instant.from_posix(end)
+
+    def observed(self, frame):
+        return self.observed_with_rate(frame)[0]
+
+    def observed_with_rate(self, frame):
+        if frame.instant > self.end:
+            raise TargetError("Ending: its kernel ends here")
+        return self.star.observed_with_rate(frame)
+
+
+def test_a_target_that_nobody_knows_further_stops_the_telescope_with_its_own_sentence(scope):
+    now = scope.clock.now()
+    scope.goto(Ending(star_at(scope, 90.0, 50.0, now), now + 120.0))
+    scope.wait(200.0)
+    status = scope.status()
+    assert (status["doing"], status["trouble"]) == ("idle", "Ending: its kernel ends here")
+    assert not moving(scope)
 
 
 # Safety of every reading -------------------------------------------------------------------------------------------

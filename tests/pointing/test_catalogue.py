@@ -6,8 +6,10 @@ import sys
 
 import pytest
 
+from pointing.bodies import BODIES
 from pointing.catalogue import bright_stars, find, named_stars
 from pointing.errors import TargetError
+from pointing.solar_system import SolarSystemBody
 
 # SIMBAD's places, ICRS J2000, degrees.
 KNOWN = {
@@ -90,10 +92,33 @@ def test_an_unknown_name_is_answered_with_the_nearest(name, near):
         find(name)
 
 
-@pytest.mark.parametrize("name", ["Jupiter", "moon", "SUN", "Titan", "ISS"])
-def test_the_solar_system_is_declined(name):
-    with pytest.raises(TargetError, match="this version does not"):
+@pytest.mark.parametrize(("spelling", "name"), [("Jupiter", "Jupiter"), ("moon", "Moon"), (" SUN", "Sun")])
+def test_sun_moon_and_planets_are_found(spelling, name):
+    assert find(spelling) == SolarSystemBody(name)
+
+
+def test_no_star_takes_the_name_of_a_planet_away():
+    stars = {row.star.name.casefold() for row in named_stars()}
+    print(f"stars called like a body of the solar system: {stars & set(BODIES)}")
+    assert all(isinstance(find(name), SolarSystemBody) for name in BODIES)
+
+
+def test_a_planet_comes_from_the_kernel_that_is_given(tmp_path):
+    absent = tmp_path / "absent.bsp"
+    assert find("Vega", absent).name == "Vega"
+    with pytest.raises(TargetError, match=r"absent\.bsp"):
+        find("Mars", absent)
+
+
+@pytest.mark.parametrize("name", ["Titan", "ISS", "Ceres"])
+def test_small_bodies_are_declined(name):
+    with pytest.raises(TargetError, match="Sun, Moon and planets"):
         find(name)
+
+
+def test_a_misspelt_planet_is_answered_with_its_name():
+    with pytest.raises(TargetError, match="Jupiter"):
+        find("Jupitre")
 
 
 @pytest.mark.parametrize(
@@ -104,6 +129,7 @@ def test_nonsense_is_refused_in_a_sentence(name):
         find(name)
 
 
-def test_a_star_costs_no_import_of_the_deep_sky():
-    code = "import sys; from pointing.catalogue import find; find('Vega'); sys.exit('pyongc.ongc' in sys.modules)"
+@pytest.mark.parametrize("module", ["pyongc.ongc", "pointing.solar_system"])
+def test_a_star_costs_no_import_of_the_deep_sky_or_the_planets(module):
+    code = f"import sys; from pointing.catalogue import find; find('Vega'); sys.exit({module!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

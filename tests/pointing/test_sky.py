@@ -142,6 +142,88 @@ def test_agrees_with_erfa_beside_the_sun():
     assert worst < 0.1 * MAS
 
 
+def deflected(frame, direction, from_sun):
+    """ERFA's deflection by the Sun of the light of a body at a finite distance, then what the rest of the chain does.
+
+    The zero vector tells the frame to bend no light, so that only the deflection is under test.
+    """
+    sun_au = frame._sun_au
+    limit = 1e-6 / max(sun_au * sun_au, 1.0)
+    bent = erfa.ld(1.0, direction, from_sun, frame._from_sun, sun_au, limit)
+    return frame.observe(tuple(np.asarray(bent).tolist()), (0.0, 0.0, 0.0))
+
+
+def near_the_sun(rng, frame):
+    """Directions of a body, and of it from the Sun: at half to twice the Sun's distance, some degrees beside it."""
+    ex, ey, ez = frame._from_sun
+    sun_au = frame._sun_au
+    radius = 10 ** rng.uniform(-2.3, -1)
+    towards = unit((-ex + rng.gauss(0, radius), -ey + rng.gauss(0, radius), -ez + rng.gauss(0, radius)))
+    distance = sun_au * rng.uniform(0.5, 2.0)
+    return towards, unit(tuple(distance * a + sun_au * e for a, e in zip(towards, frame._from_sun, strict=True)))
+
+
+def unit(vector):
+    size = math.hypot(*vector)
+    return tuple(c / size for c in vector)
+
+
+def test_the_light_of_what_is_near_is_bent_as_erfa_bends_it():
+    rng = random.Random(17)  # noqa: S311 - nothing secret
+    worst = most = 0.0
+    for _ in range(500):
+        frame = Sky(random_site(rng)).at(Instant.from_posix(rng.uniform(START, END)))
+        direction, from_sun = near_the_sun(rng, frame)
+        ours = frame.observe(direction, from_sun)
+        worst = max(worst, math.dist(ours, deflected(frame, direction, from_sun)))
+        most = max(most, math.dist(ours, frame.observe(direction)))
+    print(f"finite distances: worst {worst / MAS:.1e} mas; taken for a star it would be off by {most / MAS:.0f} mas")
+    assert worst < 0.1 * MAS
+    assert most > 100 * MAS
+
+
+def test_the_rate_of_what_is_near_is_the_derivative_of_the_whole_chain():
+    rng = random.Random(18)  # noqa: S311 - nothing secret
+    worst = 0.0
+    for _ in range(200):
+        sky, instant = Sky(random_site(rng)), Instant.from_posix(rng.uniform(START, END))
+        body = Passing(instant, *near_the_sun(rng, sky.at(instant)), rng)
+        if abs(body.observed(sky.at(instant))[2] - 0.05) > 0.005:
+            worst = max(worst, share_of_allowed(body, sky, instant))
+    print(f"rates beside the Sun: worst {worst:.2f} of 1e-9 deg/s + 1e-8 of the rate")
+    assert worst < 1.0
+
+
+class Passing:
+    """A body that passes the Sun at a degree an hour or so, its two directions on great circles."""
+
+    def __init__(self, instant, direction, from_sun, rng):
+        self.begin = instant
+        self.circles = [(v, across(v, rng), rng.uniform(-5e-6, 5e-6)) for v in (direction, from_sun)]
+
+    def places(self, frame):
+        since = frame.instant.since(self.begin)
+        for v, w, rate in self.circles:
+            s, c = math.sin(rate * since), math.cos(rate * since)
+            pairs = list(zip(v, w, strict=True))
+            yield tuple(c * a + s * b for a, b in pairs), tuple(rate * (c * b - s * a) for a, b in pairs)
+
+    def observed(self, frame):
+        (direction, _), (from_sun, _) = self.places(frame)
+        return frame.observe(direction, from_sun)
+
+    def observed_with_rate(self, frame):
+        (direction, rate), from_sun = self.places(frame)
+        return frame.observe_with_rate(direction, rate, from_sun)
+
+
+def across(vector, rng):
+    """A unit vector at right angles to another."""
+    other = [rng.gauss(0, 1) for _ in range(3)]
+    along = sum(a * b for a, b in zip(vector, other, strict=True))
+    return unit(tuple(b - along * a for a, b in zip(vector, other, strict=True)))
+
+
 def test_the_inverse_closes_to_a_microarcsecond_everywhere():
     rng = random.Random(13)  # noqa: S311 - nothing secret
     worst = 0.0

@@ -8,6 +8,7 @@ import pytest
 from astropy.io import fits
 
 from clockdrive.cli import main
+from pointing import kernel
 
 SITE = """
 [site]
@@ -113,6 +114,58 @@ def test_rates_are_those_of_the_sky(answer, run):
     assert one["rate_deg_s"] == pytest.approx(360.0 / 86164.09, rel=2e-3)
     assert one["rate_counts_s"] == pytest.approx(one["rate_deg_s"] * 3600.0 / 0.9094736842105263, rel=1e-9)
     assert run("rates Canopus --at 2026-11-22T13:00:00Z")[1].startswith("Canopus")
+
+
+def test_the_moon_is_planned_where_others_see_it(answer, monkeypatch):
+    from astropy import units
+    from astropy.coordinates import AltAz, EarthLocation, get_body
+    from astropy.time import Time
+    from astropy.utils import iers
+
+    monkeypatch.setenv("CLOCKDRIVE_SITE__WEATHER__REFRACTION", "false")
+    code, plan = answer("plan Moon --from 8388608,8388608 --at 2026-11-25T12:00:00Z")
+    assert code == 0
+    with iers.conf.set_temp("auto_download", value=False), iers.conf.set_temp("auto_max_age", None):
+        when = Time(plan["arrival_utc"].removesuffix("Z"))
+        place = EarthLocation.from_geodetic(173.7, -42.4, 30.0)
+        seen = get_body("moon", when, place).transform_to(AltAz(obstime=when, location=place))
+        here = AltAz(
+            az=plan["observed"]["azimuth_deg"] * units.deg,
+            alt=plan["observed"]["altitude_deg"] * units.deg,
+            obstime=when,
+            location=place,
+        )
+        off = seen.separation(here).to_value(units.arcsec)
+    print(f"Moon: {off:.1f}″ from where astropy's built-in series has it")
+    assert off < 20.0  # which is how far that series may be off
+    assert plan["target"] == "Moon"
+
+
+def test_rates_of_a_planet_and_what_a_kernel_is_worth(answer, run, file, tmp_path):
+    code, rates = answer("rates jupiter --at 2026-11-22T13:00:00Z")
+    assert (code, rates["target"], rates["notes"]) == (0, "Jupiter", [])
+    assert rates["axes"][0]["rate_deg_s"] == pytest.approx(360.0 / 86164.09, rel=2e-3)
+    file.write_text(file.read_text(encoding="utf-8") + '[targets]\nkernel = "other.bsp"\n', encoding="utf-8")
+    assert f"{tmp_path / 'other.bsp'}: No such file" in answer("rates Jupiter")[1]["reason"]
+    assert "targets.kernel" in run("config check")[2]
+    (tmp_path / "other.bsp").write_bytes(b"no kernel")
+    assert "no SPK file, or damaged" in answer("rates Jupiter")[1]["reason"]
+    assert "no SPK file, or damaged" in run("config check")[2]
+
+
+def test_without_the_extra_the_moon_is_where_the_series_have_it_and_pluto_is_refused(answer, monkeypatch):
+    monkeypatch.setattr(kernel, "find_spec", lambda _: None)
+    kernel.bundled_kernel.cache_clear()
+    try:
+        code, rates = answer("rates Moon --at 2026-11-22T13:00:00Z")
+        assert code == 0
+        assert "pip install 'clockdrive[planets]'" in rates["notes"][0]
+        assert "up to 20″" in rates["notes"][0]
+        code, refused = answer("rates Pluto")
+        assert code == 1
+        assert "pip install 'clockdrive[planets]'" in refused["reason"]
+    finally:
+        kernel.bundled_kernel.cache_clear()
 
 
 def test_park_home_jog_and_unpark(answer, run):
