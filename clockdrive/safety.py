@@ -7,7 +7,7 @@ from pointing.planner import Planner
 from pointing.slew import SlewModel
 
 _CYCLES = 2.0  # may pass until a stop is in force
-_SAMPLES = 40
+_SAMPLES = 20
 
 
 def rests_at(reading: Reading, models: Sequence[SlewModel], period_s: float) -> tuple[float, float]:

@@ -73,7 +73,7 @@ class Planner(Geometry):
             Nothing allowed leads there now; says what forbids it, by how much, and when it will be reachable.
         """
         best, refused = self.straight(target, start, timing, posture)
-        if best is None and refused is not None:
+        if best is None and refused is not None and _is_barred(refused):
             best = way_round(self, target, start, timing, refused, posture)
         if best is not None:
             return best
@@ -325,6 +325,11 @@ class Planner(Geometry):
             needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
+
+
+def _is_barred(plan: Plan) -> bool:
+    """Whether only horizon or Sun forbid a plan, so that another way may lead there."""
+    return all(check.ok or check.name in {"horizon", "Sun"} for check in plan.checks)
 
 
 def _angles(plan: Plan) -> tuple[float, float]:

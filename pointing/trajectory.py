@@ -7,6 +7,7 @@ axis that goes ahead earlier is off the target for longer.
 """
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
 from pointing.geometry import Geometry
@@ -18,7 +19,8 @@ from pointing.targets import Target
 LED_ABOVE = math.radians(0.05)  # rad/s of an axis; slower targets are met at rest and tracked by the drive alone
 LED_UNTIL = math.radians(0.03)  # what is led stays so until it is slower than this
 
-_STEP_S = 0.25  # between two looks ahead, and by how much too early the target may be left
+_STEP_S = 0.1  # between two looks ahead, and by how much too early the target may be left
+_ANCHOR_S = 5.0
 _LONGEST_BRIDGE_S = 600.0
 _ROUNDS = 30  # the fixed point contracts by the target's change of velocity over the speed of the axis
 _SETTLED_S = 1e-4
@@ -76,10 +78,11 @@ class Trajectory:
         """Whether an axis cannot join the target within ten minutes."""
         self._near = near
         self._seen: tuple[float, AxisState] | None = None  # the last look ahead
+        self._anchors: list[tuple[float, tuple[float, float]]] = []  # axis angles at times that were looked at
         self._set_out = start
         if start is not None:
             for axis in (0, 1):
-                self._bridge(axis, start.time, start.counts[axis], start.rates[axis], near[axis])
+                self._bridge(axis, start.time, start.counts[axis], start.rates[axis], near[axis], 0.0)
 
     def angles(self, time: float) -> AxisState:
         """(angle, rate) of each axis at POSIX `time`, radians and radians per second.
@@ -91,6 +94,7 @@ class Trajectory:
         """
         if self.leading is not None:
             self.extend(time)
+            self._near = self._anchored(time)
         state = self.geometry.track(self.target, time, self.posture, self._near)
         for bridge in self.bridges:
             if bridge.begin <= time < bridge.end:
@@ -149,7 +153,9 @@ class Trajectory:
             return
         if self._seen is None:
             begin = until if self._set_out is None else self._set_out.time
-            self._seen = begin, self.geometry.track(self.target, begin, self.posture, self._near)
+            state = self.geometry.track(self.target, begin, self.posture, self._near)
+            self._seen = begin, state
+            self._anchors.append((begin, self._reached(begin, state)))
         while self._seen[0] < until:
             before, was = self._seen
             time = before + _STEP_S
@@ -157,10 +163,17 @@ class Trajectory:
             bridged = [axis for axis in (0, 1) if not self._keeps_up(axis, before, was[axis], state[axis])]
             for axis in bridged:
                 gearing, (angle, rate) = self.geometry.axes[axis].gearing, was[axis]
-                self._bridge(axis, before, gearing.counts(angle), rate * gearing.counts_per_radian, angle)
+                self._bridge(axis, before, gearing.counts(angle), rate * gearing.counts_per_radian, angle, _STEP_S)
             if bridged:
                 state = self.geometry.track(self.target, time, self.posture, self._reached(time, state))
             self._seen = time, state
+            if time >= self._anchors[-1][0] + _ANCHOR_S or bridged:
+                self._anchors.append((time, self._reached(time, state)))
+
+    def _anchored(self, time: float) -> tuple[float, float]:
+        """Axis angles shortly before a time, to which its windings are the nearest, in whatever order one asks."""
+        i = bisect_right(self._anchors, time, key=lambda anchor: anchor[0])
+        return self._anchors[i - 1][1] if i else self._near
 
     def _reached(self, time: float, state: AxisState) -> tuple[float, float]:
         """Angles to which windings are the nearest: where a bridge leads, else where the axes are on the target."""
@@ -179,28 +192,33 @@ class Trajectory:
         fastest = max(abs(state[1]), abs(state[0] - was[0]) / _STEP_S) * scale
         return fastest < ramps.max_rate and abs(state[1] - was[1]) * scale <= ramps.acceleration * _STEP_S
 
-    def _bridge(self, axis: int, begin: float, counts: float, rate: float, near: float) -> None:
-        motion = self._quickest(axis, begin, counts, rate, near)
+    def _bridge(self, axis: int, begin: float, counts: float, rate: float, near: float, least: float) -> None:
+        """Bridge what an axis cannot follow; it is on the target at `begin`, and not to be again within `least`."""
+        motion = self._quickest(axis, begin, counts, rate, near, least)
         if motion is None:
             self.unmet = True
         elif motion.duration > 0.0:
             self.bridges.append(Bridge(axis, begin, motion))
 
-    def _quickest(self, axis: int, begin: float, counts: float, rate: float, near: float) -> Motion | None:
+    def _quickest(
+        self, axis: int, begin: float, counts: float, rate: float, near: float, least: float
+    ) -> Motion | None:
         """The motion that joins the target first: solved with the place where the target is then."""
-        seconds = 0.0
+        seconds = least
         for _ in range(_ROUNDS):
             motion = self._joining(axis, begin, counts, rate, near, seconds)
-            if motion is None or motion.duration > _LONGEST_BRIDGE_S:
+            if motion is None or not least <= motion.duration <= _LONGEST_BRIDGE_S:
                 break
             if abs(motion.duration - seconds) < _SETTLED_S:
                 return motion
             seconds = motion.duration
-        return self._searched(axis, begin, counts, rate, near)
+        return self._searched(axis, begin, counts, rate, near, least)
 
-    def _searched(self, axis: int, begin: float, counts: float, rate: float, near: float) -> Motion | None:
+    def _searched(
+        self, axis: int, begin: float, counts: float, rate: float, near: float, least: float
+    ) -> Motion | None:
         """As `_quickest`, where the target's velocity changes too much for that: step by step, then by halving."""
-        early, late = 0.0, _STEP_S
+        early, late = least, least + _STEP_S
         while not self._in_time(axis, begin, counts, rate, near, late):
             early, late = late, late + _STEP_S
             if late > _LONGEST_BRIDGE_S:

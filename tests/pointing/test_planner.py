@@ -148,7 +148,7 @@ def test_the_axes_land_where_the_target_then_is(kind, together):
                 start = random_start(rng, subject, MIDNIGHT + rng.uniform(-3e8, 3e8))
                 target = random_star(rng)
                 try:
-                    plan = subject._best(target, start, how)[0]
+                    plan = subject.straight(target, start, how)[0]
                 except Unreachable:
                     plan = None
                 if plan is None:
@@ -189,7 +189,7 @@ def test_the_plan_is_the_earliest_of_all_allowed_ways(kind, horizon, sun_deg, x)
         if any(abs(room) < GRAZE_DEG for _, room in ways):
             grazing += 1
             continue
-        plan, _ = subject._best(target, start, how)
+        plan, _ = subject.straight(target, start, how)
         if plan is None:
             assert not allowed, f"refused, but a way arrives at {allowed}"
             refused += 1
@@ -265,7 +265,7 @@ def test_a_german_window_and_every_limit_hold_at_arrival(kind):
     subject = planner(kind, 35.0, past_deg=3.0, x_deg=0.5, y_deg=0.5)
     for _ in range(60):
         start = random_start(rng, subject, MIDNIGHT + rng.uniform(-1e7, 1e7))
-        plan, _ = subject._best(random_star(rng), start, timing())
+        plan, _ = subject.straight(random_star(rng), start, timing())
         if plan is None:
             continue
         for axis, plan_axis in zip(subject.axes, plan.axes, strict=True):
@@ -350,8 +350,8 @@ def test_a_way_blocked_by_the_sun_says_when_it_is_free():
         subject.plan(target, start, timing())
     free = refused.value.reachable
     assert free is not None
-    assert subject._best(target, replace(start, time=free), timing())[0] is not None
-    assert subject._best(target, replace(start, time=free - 20.0), timing())[0] is None
+    assert subject.straight(target, replace(start, time=free), timing())[0] is not None
+    assert subject.straight(target, replace(start, time=free - 20.0), timing())[0] is None
     print(f"free {free - noon:.0f} s later")
 
 
@@ -364,7 +364,7 @@ def test_a_target_too_near_the_pole_of_axis_1_is_refused_or_met_but_never_missed
     star = Star.from_degrees(math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.asin(z)), "overhead")
     outcomes, worst = [], 0.0
     for late in range(41):
-        plan, _ = subject._best(star, replace(start, time=start.time + late), how)
+        plan, _ = subject.straight(star, replace(start, time=start.time + late), how)
         outcomes.append(plan is not None)
         if plan is not None:
             near = (plan.axes[0].angle, plan.axes[1].angle)
@@ -456,7 +456,7 @@ def test_any_date_is_planned_and_none_is_an_exception(year):
     time = (year - 1970) * 365.2425 * 86_400.0
     planned = 0
     for ra in range(0, 360, 40):
-        plan, _ = subject._best(Star.from_degrees(ra, 20.0), start_at(subject, 0.0, 35.0, time), timing())
+        plan, _ = subject.straight(Star.from_degrees(ra, 20.0), start_at(subject, 0.0, 35.0, time), timing())
         planned += plan is not None
     assert planned >= 3
 
@@ -467,3 +467,27 @@ def test_standing_says_how_the_telescope_stands_to_each_limit():
     assert names == ["axis1 soft limit", "axis2 soft limit", "hour-angle window", "horizon", "Sun"]
     down = subject.standing((math.pi, -1.0), MIDNIGHT)
     assert [check.ok for check in down][3] is False
+
+
+def test_where_the_straight_way_is_barred_another_leads_round():
+    """The Sun stands between two places of the same height; over the zenith, or axis by axis, there is a way."""
+    subject = planner(MountType.ALTAZ_FORK, 35.0, sun_deg=30.0, limits_deg=((0.0, 359.0), (0.0, 91.0)))
+    noon = next(
+        time
+        for time in np.arange(MIDNIGHT, MIDNIGHT + 86_400.0, 300.0)
+        if subject.sky.at(Instant.from_posix(time)).sun()[2] > 0.45
+        and abs(subject.sky.at(Instant.from_posix(time)).sun()[1]) < 0.05
+    )
+    start, how = start_at(subject, 110.0, 20.0, noon), timing()
+    target = FixedAltAz(math.radians(250.0), math.radians(70.0), "high in the west")
+    straight, refused = subject.straight(target, start, how)
+    assert straight is None
+    assert "Sun" in {check.name for check in refused.checks if not check.ok}
+    plan = subject.plan(target, start, how)
+    assert plan.via is not None
+    assert plan.start == start.time
+    for leg in (plan.via, plan):
+        assert all(check.ok for check in leg.checks)
+    here = [axis.target_counts for axis in plan.via.axes]
+    assert [axis.from_counts for axis in plan.axes] == here
+    assert plan.arrival > plan.via.arrival
