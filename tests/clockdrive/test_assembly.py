@@ -12,7 +12,6 @@ from pointing.mount import MountType
 ABSENT = {
     "a model": ({"mount.pointing_model": "model.mod"}, "pointing_model"),
     "flipping by itself": ({"mount.type": "german", "mount.flip": "auto"}, 'flip = "auto"'),
-    "an origin beside the axis": ({"instruments.main.x_arcsec": 10.0}, "instruments.main"),
 }
 
 
