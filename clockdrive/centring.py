@@ -25,7 +25,7 @@ from clockdrive.state import Correction
 from pointing.instant import Instant
 from pointing.limits import separation
 from pointing.offset import carried, offset_between
-from pointing.targets import ARCSEC, Target
+from pointing.targets import ARCSEC, Star, Target
 
 _LARGEST_DEG = 5.0  # a pointing error beyond this asks for confirmation
 _LARGEST_FORCED_DEG = 90.0
@@ -98,6 +98,8 @@ class Centring:
             Nothing allowed leads to where the target would be.
         """
         session = self._session
+        if not isinstance(seen, Star):
+            raise Refused(f"{seen.name} is no place of an image: give right ascension and declination, ICRS")
         require_pursuit(session, "centring")
         session.poll()
         target = require_pursuit(session, "centring")

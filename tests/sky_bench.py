@@ -63,3 +63,30 @@ class Sky:
         return east / ARCSEC, (d - d0) / ARCSEC
 
 
+MOUNTS = [
+    (kind, latitude, posture)
+    for kind in ("equatorial-fork", "german", "altaz-fork")
+    for latitude in (-42.4, 51.5)
+    for posture in ("normal", "beyond")
+]
+
+
+def standing(kind, latitude, posture):
+    """Settings of a mount that can reach one side of the pole only, and azimuth and altitude of a place there."""
+    settings = {"mount__type": kind, "site__latitude_deg": latitude, "site__longitude_deg": 173.7}
+    if kind == "german":  # normal looks west
+        return settings, (285.0 if posture == "normal" else 75.0, 52.0)
+    if posture == "beyond":
+        low, high = {"altaz-fork": (92.0, 175.0)}.get(kind, (92.0, 260.0) if latitude > 0.0 else (-260.0, -92.0))
+        settings |= {"axis2__min_deg": low, "axis2__max_deg": high, "limits__horizon_deg": -5.0}  # the way is low
+    return settings, (75.0, 52.0)
+
+
+def crooked(x=150.0, y=-110.0, collimation=90.0, nonperpendicularity=0.0):
+    """A mount that nobody knows to be crooked, arcseconds."""
+    return {
+        "simulator__misalignment_x_arcsec": x,
+        "simulator__misalignment_y_arcsec": y,
+        "simulator__collimation_arcsec": collimation,
+        "simulator__nonperpendicularity_arcsec": nonperpendicularity,
+    }
