@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from clockdrive import assembly
+from clockdrive import assembly, parse
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import Answer, PlanAnswer, arrival_answer, centred_answer, instrument_answer, plan_answer
 from clockdrive.centring import Centring
@@ -303,7 +303,7 @@ class Telescope:
         Parameters
         ----------
         coord : SkyCoord, str or Target
-            The place in the image that is on the pointing origin in force; text is ICRS.
+            The place in the image that is on the pointing origin in force: text is ICRS, two numbers degrees.
         at : float, datetime, Time or str, optional
             Middle of the exposure, at most 20 minutes ago; now by default.
         progress : callable
@@ -313,11 +313,11 @@ class Telescope:
 
         Raises
         ------
-        Refused, Unreachable
-            Nothing is tracked; the moment is not known; beyond 5°; or nothing allowed leads there.
+        Refused, Unreachable, TargetError
+            Nothing is tracked; the moment is not known; beyond 5°; nothing allowed leads there; or it is no place.
         """
         moment = None if at is None else posix(at)
-        seen = self._target(coord, self._time(at))
+        seen = parse.place(coord) if isinstance(coord, str) else self._target(coord, self._time(at))
         steps = self._centring.centre(seen, moment, progress, force=force)
         return centred_answer(self._perform(steps), self._instruments.name)
 

@@ -1,4 +1,4 @@
-"""One plate solution puts the target on the pointing origin, whatever was corrected before and how often it is given."""
+"""One plate solution puts the target on the origin, whatever was corrected before and however often it is given."""
 
 import math
 
@@ -7,7 +7,8 @@ from sky_bench import MOUNTS, Sky, crooked, standing
 from telescope_bench import star_at, telescope
 
 from clockdrive.errors import Refused
-from pointing.targets import Star
+from pointing.errors import TargetError
+from pointing.targets import FixedAltAz, Star
 
 SETTLE_S = 25.0
 
@@ -38,9 +39,10 @@ def crooked_scope(tmp_path):
 def test_one_solution_puts_the_target_on_the_origin_and_more_of_them_change_nothing(
     kind, latitude, posture, tmp_path
 ):
-    """The crooked mount's error turns with the sky, by 0.6″ a minute: it is measured soon after the exposure."""
+    """The pointing error turns with the sky, here by 0.8″ a minute: it is measured soon after the exposure."""
     settings, place = standing(kind, latitude, posture)
-    with telescope(tmp_path, **settings, **crooked(100.0, -90.0, 300.0)) as scope:
+    west = kind == "german" and posture == "normal"  # where a positive collimation would hide the misalignment
+    with telescope(tmp_path, **settings, **crooked(collimation=-90.0 if west else 90.0)) as scope:
         sky, target = Sky(scope), star_at(scope, *place)
         scope.goto(target)
         scope.wait(SETTLE_S)
@@ -59,8 +61,8 @@ def test_one_solution_puts_the_target_on_the_origin_and_more_of_them_change_noth
         assert scope.status()["posture"] == posture
         last = displaced(target, 0.0, 0.0, sky)
     print(
-        f"{kind} at {latitude}°, {posture}: {before:.0f}″ off, {after:.2f}″ after one solution; the same again changes "
-        f"{again:.0e}″, a second one {second:.2f}″ to {last:.2f}″"
+        f"{kind} at {latitude}°, {posture}: {before:.0f}″ off, {after:.2f}″ after one solution; the same again "
+        f"changes {again:.0e}″, a second one {second:.2f}″ to {last:.2f}″"
     )
     assert before > 60.0
     assert after < 1.0
@@ -85,10 +87,10 @@ def test_the_answer_says_what_was_found_east_and_north_and_what_is_in_force(croo
 
 
 STEPS = {
-    "offset": lambda scope, target: scope.offset(30.0, -20.0),
-    "guide": lambda scope, target: scope.guide("north", 6000),
-    "centre": lambda scope, target: scope.centre(Sky(scope).solution()),
-    "sync": lambda scope, target: scope.sync(Sky(scope).solution()),
+    "offset": lambda scope: scope.offset(30.0, -20.0),
+    "guide": lambda scope: scope.guide("north", 6000),
+    "centre": lambda scope: scope.centre(Sky(scope).solution()),
+    "sync": lambda scope: scope.sync(Sky(scope).solution()),
 }
 
 
@@ -108,7 +110,7 @@ def test_in_whatever_order_things_are_corrected_each_counts_once(order, tmp_path
         scope.goto(target)
         scope.wait(SETTLE_S)
         for step in order:
-            STEPS[step](scope, target)
+            STEPS[step](scope)
             scope.wait(SETTLE_S)
         sky = Sky(scope)
         wanted = in_force(scope, "offset east"), in_force(scope, "offset north")
@@ -202,8 +204,11 @@ def test_nothing_tracked_and_no_position_are_refused(tmp_path):
         with pytest.raises(Refused, match="nothing is: `goto` one first"):
             scope.centre("83.633,22.0145")
         scope.goto(star_at(scope, 75.0, 52.0))
+        for bad in ("altaz:75,52", "best", "83.6", "83.633 95.0", "nonsense"):
+            with pytest.raises(TargetError):
+                scope.centre(bad)
         with pytest.raises(Refused, match="give right ascension and declination"):
-            scope.centre("altaz:75,52")
+            scope.centre(FixedAltAz(1.0, 0.8))
 
 
 def test_what_cannot_be_cleared_says_what_changes_it(crooked_scope):

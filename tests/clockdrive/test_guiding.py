@@ -167,7 +167,6 @@ def test_pulses_are_bounded_in_all_and_by_the_limits(tmp_path):
         with pytest.raises(Refused, match=r"3610″ east.*±3600″; `centre`"):
             scope.guide("east", 10000)
         scope.goto(star_at(scope, 0.0, 40.05))
-        with pytest.raises(Refused, match="below the horizon limit of 40"):
-            scope.guide("south" if scope.configuration.site.latitude_deg > 0 else "north", 10000)
-            scope.guide("south" if scope.configuration.site.latitude_deg > 0 else "north", 10000)
+        with pytest.raises(Refused, match="below the horizon limit of 40"):  # the north is down there
+            scope.guide("north", 10000)
         assert scope.status()["doing"] == "tracking"
