@@ -200,3 +200,42 @@ def test_a_parked_telescope_may_change_its_instrument_and_a_slewing_one_not(tmp_
         scope.park()
         assert not scope.instrument("camera")["moved"]
         assert scope.status()["doing"] == "parked"
+
+
+# The rule is one of small angles: it leaves the square of the distance, with the tangent of altitude or declination.
+SQUARE_ARCSEC = math.hypot(900.0, 600.0) ** 2 * math.radians(1.0 / 3600.0) * math.tan(math.radians(52.0))
+
+
+@pytest.mark.parametrize(("kind", "latitude", "posture"), [case for case in MOUNTS if case[0] != "altaz-fork"])
+def test_an_origin_is_measured_by_the_offset_that_brings_a_star_onto_it(kind, latitude, posture, tmp_path):
+    """The rule of the configuration page for equatorial mounts."""
+    settings, place = standing(kind, latitude, posture)
+    turned = 1.0 if posture == "normal" else -1.0
+    assert _off_camera_arcsec(tmp_path, settings, place, 900.0 * turned, 600.0 * turned) < SQUARE_ARCSEC
+
+
+@pytest.mark.parametrize("latitude", [-42.4, 51.5])
+def test_on_an_altazimuth_mount_the_offset_is_turned_by_the_parallactic_angle(latitude, tmp_path):
+    from clockdrive.fits_header import cards
+
+    settings, place = standing("altaz-fork", latitude, "normal")
+    with telescope(tmp_path / "first", **settings, **TWO) as scope:
+        scope.goto(star_at(scope, *place))
+        q = math.radians(cards(scope.status().json, scope.configuration)["PARANGLE"])
+    x, y = 900.0, -600.0  # the inverse of x = E cos q − N sin q, y = −E sin q − N cos q
+    east, north = x * math.cos(q) - y * math.sin(q), -x * math.sin(q) - y * math.cos(q)
+    assert _off_camera_arcsec(tmp_path, settings, place, east, north) < SQUARE_ARCSEC
+
+
+def _off_camera_arcsec(folder, settings, place, east, north):
+    """How far the target is from the camera, with `main` in force and the offset given."""
+    with telescope(folder, **settings, **TWO) as scope:
+        sky, target = Sky(scope), star_at(scope, *place)
+        scope.offset(east, north)
+        scope.goto(target)
+        scope.wait(10.0)
+        camera = assembly.planner(scope.configuration, "camera").mount
+        seen = camera.observed(*sky.witness.angles(sky.witness.now()))
+        off = math.degrees(separation(seen, target.observed(sky.frame()))) * 3600.0
+    print(f"offset {east:.0f}″, {north:.0f}″ leaves the star {off:.2f}″ beside the camera")
+    return off
