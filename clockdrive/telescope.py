@@ -420,6 +420,7 @@ class Telescope:
     def _gone_to(self, target: Target, progress: Report) -> Steps[Arrival]:
         """Slew to a new target; what was found of the last one is not taken along."""
         self._session.require_free()
+        self._session.plan(target)  # what is refused leaves all as it was
         self._session.forget_target()
         return (yield from self._slewing.goto(target, progress))
 

@@ -234,8 +234,8 @@ class Mount:
         if reach2 < _GRAZING:
             blind, here = math.degrees(abs(self.origin_x)), math.degrees(math.asin(min(rho, 1.0)))
             raise Unreachable(
-                f"{here:.4f}° from the pole of axis 1, where a pointing origin {blind:.4f}° beside the tube's axis "
-                "does not come: take another instrument, or wait until the target has passed"
+                f"the place is {here:.4f}° from the pole of axis 1, where a pointing origin {blind:.4f}° beside the "
+                "tube's axis does not come: take another instrument, or wait until the target has passed"
             )
         return math.sqrt(reach2)
 

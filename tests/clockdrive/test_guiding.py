@@ -8,6 +8,7 @@ from telescope_bench import star_at, telescope
 
 from clockdrive.errors import Refused
 from clockdrive.guiding import SIDEREAL_ARCSEC_S
+from pointing.errors import Unreachable
 
 WAYS = {"north": (0, 1), "south": (0, -1), "east": (1, 0), "west": (-1, 0)}
 
@@ -170,3 +171,16 @@ def test_pulses_are_bounded_in_all_and_by_the_limits(tmp_path):
         with pytest.raises(Refused, match="below the horizon limit of 40"):  # the north is down there
             scope.guide("north", 10000)
         assert scope.status()["doing"] == "tracking"
+
+
+def test_a_goto_that_is_refused_leaves_the_pulses_as_they_were(tracking):
+    sky, target = Sky(tracking), tracking._session.wanted
+    tracking.guide("north", 8000)
+    with pytest.raises(Unreachable):
+        tracking.goto("hadec:0,89")
+    tracking.wait(15.0)
+    assert in_force(tracking, "guide north")["value"] == pytest.approx(60.16, abs=0.01)
+    assert sky.off(target)[1] == pytest.approx(60.16, abs=0.5)
+    tracking.guide("south", 8000)
+    tracking.wait(15.0)
+    assert math.hypot(*sky.off(target)) < 0.5

@@ -180,6 +180,10 @@ def test_a_target_that_comes_where_the_origin_does_not_ends_the_tracking_with_a_
     """An altazimuth mount whose origin, 2° across, passes the zenith by."""
     settings = {"mount__type": "altaz-fork", "site__latitude_deg": -42.4, "instruments.main.x_arcsec": 7200.0}
     with telescope(tmp_path, **settings) as scope:
+        overhead = star_at(scope, 90.0, 89.0)
+        with pytest.raises(Unreachable, match=r"the place is 0\.99\d\d° from the pole of axis 1.*2\.0000° beside"):
+            scope.goto(overhead)
+        assert not scope._session.planner.allowed(overhead, scope.clock.now())
         scope.goto(star_at(scope, 90.0, 87.0))
         scope.wait(700.0)
         assert scope.status()["doing"] == "idle"
