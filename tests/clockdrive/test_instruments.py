@@ -1,6 +1,7 @@
 """Targets are put on the instrument in force, by everything that points; the tube keeps the limits all the same."""
 
 import math
+import random
 
 import pytest
 from sky_bench import MOUNTS, Sky, standing
@@ -14,6 +15,8 @@ from pointing.errors import Unreachable
 from pointing.instant import Instant
 from pointing.limits import separation
 from pointing.mount import Mount
+from pointing.plan import Start
+from pointing.targets import FixedAltAz
 
 TWO = {
     "instruments.main.x_arcsec": 0.0,
@@ -160,6 +163,36 @@ def test_tube_and_origin_both_keep_sun_and_horizon_wherever_a_plan_ends():
     assert allowed > 50
     assert nearest >= 20.0
     assert lowest >= 20.0
+
+
+def test_on_the_whole_way_of_a_slew_tube_and_origin_keep_sun_and_horizon():
+    """The travel of both axes, looked at every 0.2 s through both mounts."""
+    values = {**WIDE, "limits.sun_avoidance_deg": 20.0, "limits.horizon_deg": 15.0}
+    configuration = load(None, {}, values)
+    wide, bare = (assembly.planner(configuration, name) for name in ("finder", "main"))
+    sun = wide.sky.at(Instant.from_posix(T0)).sun()
+    chance = random.Random(4)  # noqa: S311
+    nearest, lowest, ways, refused, counts = math.inf, math.inf, 0, 0, (CENTRE, CENTRE)
+    for _ in range(150):
+        altitude = math.asin(chance.uniform(math.sin(math.radians(16.0)), 1.0))
+        try:
+            target = FixedAltAz(chance.uniform(0.0, math.tau), altitude)
+            plan = wide.plan(target, Start(T0, counts), assembly.timing(configuration))
+        except Unreachable:
+            refused += 1
+            continue
+        ways += 1
+        for step in range(int(plan.eta / 0.2) + 2):
+            at = [axis.travel.position(min(0.2 * step, axis.travel.duration)) for axis in plan.axes]
+            for mount in (wide.mount, bare.mount):
+                seen = mount.observed(*wide.angles((at[0], at[1])))
+                nearest = min(nearest, math.degrees(separation(seen, sun)))
+                lowest = min(lowest, math.degrees(math.asin(seen[2])))
+        counts = plan.axes[0].target_counts, plan.axes[1].target_counts
+    print(f"{ways} ways, {refused} refused: at least {nearest:.2f}° from the Sun, {lowest:.2f}° high")
+    assert ways > 40
+    assert nearest >= 20.0 - 0.02  # what the proof of a path may miss
+    assert lowest >= 15.0 - 0.02
 
 
 @pytest.mark.parametrize("x_arcsec", [18000.0, -18000.0])
