@@ -3,18 +3,29 @@
 import math
 from contextlib import suppress
 
-from clockdrive.corrections import OFFSETS, SYNC
+from clockdrive.corrections import CLEARED, DISPLACEMENTS, OFFSETS, SYNC
+from clockdrive.displacing import displace, values_of
 from clockdrive.errors import Refused
 from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Correction, Synchronisation
 from pointing.mount import Posture
-from pointing.offset import undisplaced
 from pointing.targets import Target
 
 _LARGEST_OFFSET_ARCSEC = 3600.0
 _LARGEST_SYNC_DEG = 5.0  # a sync beyond this asks for confirmation
 _SYNC_UNCERTAINTY_ARCSEC = 1.0  # counts are whole
+_BY_INSTRUMENT = "choose another instrument, `clockdrive instrument NAME`"
+_NOT_CLEARED = {
+    SYNC: "a sync is in the position itself and cannot be taken back: sync again, on what it points at",
+    "mount x": "take mount_x_mas out of the configuration",
+    "mount y": "take mount_y_mas out of the configuration",
+    "pointing origin x": _BY_INSTRUMENT,
+    "pointing origin y": _BY_INSTRUMENT,
+    "refraction": "set refraction = false in [site.weather]",
+    "Earth orientation UT1−UTC": "it is the Earth's",
+    "host clock": "set the computer's clock",
+}
 
 
 class Adjusting:
@@ -32,7 +43,7 @@ class Adjusting:
     def sync(self, target: Target, posture: Posture | None, *, force: bool) -> float:
         """Declare that the telescope points at a target now; return the correction of the larger axis, degrees.
 
-        What a person's offsets corrected is in the position from then on, so they are cleared.
+        What offsets, guide pulses and centring corrected is in the position from then on, so they are cleared.
 
         Raises
         ------
@@ -66,15 +77,14 @@ class Adjusting:
         session.store.record_synchronisation(
             Synchronisation(now, counts, _SYNC_UNCERTAINTY_ARCSEC, f"sync on {target.name}")
         )
-        cleared = [name for name in OFFSETS if session.store.clear_correction(name)]
+        session.history.forget("a sync came after it")
+        cleared = [name for name in DISPLACEMENTS if session.store.clear_correction(name)]
         session.store.set_correction(Correction(SYNC, moved * 3600.0, "arcsec", f"sync on {target.name}", now))
         also = f"; {', '.join(cleared)} cleared, as the position holds them now" if cleared else ""
         session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″{also}")
         session.taken(session.drive.read(session.clock.now()))
-        if session.pursuit is not None:
-            session.pursuit = Pursuit(
-                planner, undisplaced(session.pursuit.target), side, (angle1, angle2), session.drive.leading
-            )
+        if session.pursuit is not None and session.wanted is not None:
+            session.pursuit = Pursuit(planner, session.wanted, side, (angle1, angle2), session.drive.leading)
         return moved
 
     def _last_trusted(self) -> tuple[float, float] | None:
@@ -92,40 +102,34 @@ class Adjusting:
         Raises
         ------
         Refused
-            A total is beyond a degree: that is another target.
+            A total is beyond a degree, which is another target; or a limit forbids it.
         """
-        store, now = self._session.store, self._session.clock.now()
-        values = {correction.name: correction.value for correction in store.corrections()}
-        totals = [values.get(name, 0.0) + add for name, add in zip(OFFSETS, (east_arcsec, north_arcsec), strict=True)]
-        for name, total in zip(OFFSETS, totals, strict=True):
+        session = self._session
+        added = zip(values_of(session, OFFSETS), (east_arcsec, north_arcsec), strict=True)
+        totals = dict(zip(OFFSETS, (total + add for total, add in added), strict=True))
+        for name, total in totals.items():
             if not abs(total) <= _LARGEST_OFFSET_ARCSEC:
                 raise Refused(f"{name} of {total:g}″: at most ±{_LARGEST_OFFSET_ARCSEC:g}″; `goto` another target")
-        for name, total in zip(OFFSETS, totals, strict=True):
-            store.set_correction(Correction(name, total, "arcsec", "offset command", now))
-        self._displace_pursuit()
+        now = session.clock.now()
+        displace(
+            session,
+            {name: Correction(name, total, "arcsec", "offset command", now) for name, total in totals.items()},
+        )
 
     def clear(self, name: str) -> None:
-        """Remove a correction that a person made, or both offsets by the name `offset`.
+        """Remove a correction that a person made, or both of a kind by the names `offset`, `guide`, `centre`.
 
         Raises
         ------
         Refused
-            No such correction can be removed.
+            No such correction can be removed; says what else changes it.
         """
-        store = self._session.store
-        if name == SYNC:
-            raise Refused(
-                "a sync is in the position itself and cannot be taken back: sync again, on what it points at"
-            )
-        names = OFFSETS if name == "offset" else (name,)
-        cleared = [each for each in names if store.clear_correction(each)]
-        if not cleared:
-            known = ", ".join(correction.name for correction in store.corrections()) or "none"
-            raise Refused(f"no correction {name!r} to clear; of those that a person made there is {known}")
-        self._displace_pursuit()
-
-    def _displace_pursuit(self) -> None:
         session = self._session
-        if session.pursuit is not None:
-            base = undisplaced(session.pursuit.target)
-            session.pursuit = session.pursuit.moved_to(session.displaced(base), session.clock.now())
+        if name in _NOT_CLEARED:
+            raise Refused(f"{name} cannot be cleared: {_NOT_CLEARED[name]}")
+        there = {each.name for each in session.store.corrections()}
+        names = there.intersection(CLEARED.get(name, (name,)))
+        if not names:
+            known = ", ".join(sorted(there - {SYNC})) or "none"
+            raise Refused(f"no correction {name!r} to clear; of those that a person made there is {known}")
+        displace(session, dict.fromkeys(sorted(names)))

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from astropy.time import Time
     from astropy.units import Quantity
 
+    from clockdrive.centring import Centred
+    from clockdrive.instruments import Instruments
     from clockdrive.slewing import Arrival
 
 
@@ -193,6 +195,42 @@ def arrival_answer(arrival: "Arrival", planner: Planner, notes: Sequence[str] = 
             "slews": arrival.slews,
         }
     )
+
+
+def centred_answer(found: "Centred", instrument: str) -> Answer:
+    """Put what an image told into the form of `centre --json`."""
+    return Answer(
+        {
+            "ok": True,
+            "target": found.target,
+            "instrument": instrument,
+            "exposure_utc": utc(found.exposure),
+            "error": _east_north(found.error),
+            "centre": _east_north(found.centre),
+            "moved_arcsec": found.moved_arcsec,
+            "slewed": found.slewed,
+        }
+    )
+
+
+def instrument_answer(instruments: "Instruments", *, moved: bool) -> Answer:
+    """Put the pointing origins into the form of `instrument --json`."""
+    return Answer(
+        {
+            "ok": True,
+            "instrument": instruments.name,
+            "moved": moved,
+            "limits_widened_deg": math.degrees(instruments.planner.mount.origin_distance),
+            "instruments": {
+                name: {"x_arcsec": section.x_arcsec, "y_arcsec": section.y_arcsec}
+                for name, section in instruments.sections.items()
+            },
+        }
+    )
+
+
+def _east_north(arcsec: tuple[float, float]) -> dict[str, float]:
+    return {"east_arcsec": arcsec[0], "north_arcsec": arcsec[1]}
 
 
 def rates_answer(

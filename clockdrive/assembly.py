@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
+from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
 from clockdrive.tc410_assembly import gearings, keys_from, registers, settings, travel
 from clockdrive.weather_sources import WeatherError
@@ -31,14 +32,31 @@ DEAD_MAN_LOG = "dead-man.log"
 _SILENCE_S = 0.7  # more than the exchange of one register takes on a slow line, and less than a second with the stop
 
 
-def planner(configuration: Configuration) -> Planner:
+def planner(configuration: Configuration, instrument: str | None = None) -> Planner:
     """Everything that plans; nothing is contacted.
+
+    Raises
+    ------
+    ConfigurationError, Refused
+        As for `instruments`.
+    """
+    return instruments(configuration, instrument).planner
+
+
+def instruments(configuration: Configuration, name: str | None = None) -> Instruments:
+    """The planner with its pointing origins, that of one instrument in force, by default `main` or the first.
 
     Raises
     ------
     ConfigurationError
         The configuration asks for what this version does not do.
+    Refused
+        There is no such instrument.
     """
+    return Instruments(_along_the_tube(configuration), configuration.instruments, name)
+
+
+def _along_the_tube(configuration: Configuration) -> Planner:
     refuse_what_is_not_there(configuration)
     site = configuration.site
     mount = configuration.mount
@@ -167,9 +185,6 @@ def refuse_what_is_not_there(configuration: Configuration) -> None:
         problems.append(
             "[mount] pointing_model: this version applies mount_x_mas and mount_y_mas only; leave the key out"
         )
-    for name, origin in configuration.instruments.items():
-        if origin.x_arcsec or origin.y_arcsec:
-            problems.append(f"[instruments.{name}]: this version points with the optical axis only; set both to 0")
     if problems:
         raise ConfigurationError(configuration.source, problems)
 

@@ -249,6 +249,7 @@ _MOUNT = (
     Key("mount", "pointing_model", "path", None, "TPOINT model file", example="model.mod"),
     Key("mount", "flip", "text", "command", "when a German mount changes sides: on command, or by itself",
         choices=("command", "auto")),
+    Key("mount", "guide_rate", "number", 0.5, "speed of a guide pulse on the sky", "× sidereal", 0.05, 2),
 )
 _LIMITS = (
     Key("limits", "horizon_deg", "number", 15.0, "lowest altitude", "deg", -5, 90),
@@ -323,8 +324,10 @@ _AXIS2 = (
         above=True, drives=_AWR, example=12000.0),
 )
 _INSTRUMENTS = (
-    Key("instruments.*", "x_arcsec", "number", 0.0, "pointing origin in the focal plane, x", "arcsec", -36000, 36000),
-    Key("instruments.*", "y_arcsec", "number", 0.0, "pointing origin in the focal plane, y", "arcsec", -36000, 36000),
+    Key("instruments.*", "x_arcsec", "number", 0.0, "pointing origin, from the tube's axis along increasing axis 1",
+        "arcsec", -36000, 36000),
+    Key("instruments.*", "y_arcsec", "number", 0.0, "likewise along increasing axis 2, in normal posture", "arcsec",
+        -36000, 36000),
 )
 _TARGETS = (
     Key("targets", "kernel", "path", None,

@@ -43,6 +43,7 @@ class MountSection:
     mount_y_mas: int
     pointing_model: Path | None
     flip: Literal["command", "auto"]
+    guide_rate: float
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,44 @@
-"""The ledger: every correction in force has a name, a value, an origin and an age."""
+"""The ledger: every correction in force has a name, a value, an origin and an age.
+
+A person's *offset* displaces every target, on purpose. *Guide* and *centre* belong to the target that is tracked and
+to the way it is pointed at: a new goto and a sync end them. All three are arcseconds east and north on the sky, and
+add up.
+"""
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from clockdrive.answers import utc
 from clockdrive.configuration import Configuration
-from clockdrive.state import StateStore
+from clockdrive.state import Correction
 from clockdrive.surroundings import Surroundings
 from pointing.instant import Instant
 from pointing.planner import Planner
 
 SYNC = "sync"
 OFFSETS = ("offset east", "offset north")
+GUIDE = ("guide east", "guide north")
+CENTRE = ("centre east", "centre north")
+OF_A_TARGET = (*GUIDE, *CENTRE)
+CLEARED = {"offset": OFFSETS, "guide": GUIDE, "centre": CENTRE}  # names that stand for two
+DISPLACEMENTS = (*OFFSETS, *OF_A_TARGET)
 _ARCSEC = 180.0 / math.pi * 3600.0
+
+
+def displacement(corrections: Iterable[Correction], names: Sequence[str]) -> tuple[float, float]:
+    """Sum of the corrections with these names, arcseconds east and north."""
+    east = north = 0.0
+    for each in corrections:
+        if each.name in names:
+            east, north = (east + each.value, north) if each.name.endswith("east") else (east, north + each.value)
+    return east, north
 
 
 def ledger(
     planner: Planner,
-    store: StateStore,
+    corrections: Iterable[Correction],
+    instrument: str,
     configuration: Configuration,
     around: Surroundings,
     altitude: float,
@@ -27,8 +48,10 @@ def ledger(
 
     Parameters
     ----------
-    planner, store, configuration, around
-        Where they come from.
+    planner, corrections, configuration, around
+        Where they come from; `corrections` are those that a person has made.
+    instrument : str
+        Whose pointing origin is in force.
     altitude : float
         Observed altitude of the telescope, radians, at which refraction is stated.
     time : float
@@ -38,13 +61,15 @@ def ledger(
     rows = [
         _row("mount x", planner.mount.x * _ARCSEC, "arcsec", origin["mount.mount_x_mas"]),
         _row("mount y", planner.mount.y * _ARCSEC, "arcsec", origin["mount.mount_y_mas"]),
+        _row("pointing origin x", planner.mount.origin_x * _ARCSEC, "arcsec", instrument),
+        _row("pointing origin y", planner.mount.origin_y * _ARCSEC, "arcsec", instrument),
         _row("refraction", planner.sky.refraction(altitude) * _ARCSEC, "arcsec", _air(configuration, around, time)),
     ]
     earth = planner.sky.at(Instant.from_posix(time)).earth_orientation
     rows.append(_row("Earth orientation UT1−UTC", earth.dut1, "s", earth.note or "bundled IERS table"))
     clock = around.clock(time)
     rows.append(_row("host clock", clock.error_s or 0.0, "s", clock.text))
-    for each in store.corrections():
+    for each in corrections:
         row = _row(each.name, each.value, each.unit, each.origin)
         rows.append({**row, "utc": utc(each.time), "age_s": time - each.time})
     return rows

@@ -99,6 +99,25 @@ def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | 
     return catalogue.find(text, sources.kernel)
 
 
+def place(text: str) -> Star:
+    """Where an image is on the sky: right ascension and declination in any form of a target, or two plain degrees.
+
+    Raises
+    ------
+    TargetError
+        It is no such place.
+    """
+    numbers = text.replace("−", "-").replace(",", " ").split()
+    degrees = len(numbers) == 2 and all(re.fullmatch(_NUMBER, number, re.ASCII) for number in numbers)
+    found = target(",".join(numbers) if degrees else text)
+    if not isinstance(found, Star):
+        raise TargetError(
+            f"{_short(text)} is no place of an image: give right ascension and declination, ICRS, as 83.633 22.0145 "
+            "in degrees or 05:34:31.9 +22:00:52"
+        )
+    return found
+
+
 def _sexagesimal(text: str) -> Star:
     first, second = _halves(text)
     ra, unit = _angle(text, first, "right ascension")

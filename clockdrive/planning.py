@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 from clockdrive import parse
 from clockdrive.answers import Answer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
-from clockdrive.assembly import planner as planner_of
+from clockdrive.assembly import instruments as instruments_of
 from clockdrive.assembly import surroundings as surroundings_of
 from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
+from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
@@ -41,7 +42,11 @@ _DECIDING = frozenset(
 
 
 def plan_from(
-    configuration: Configuration, target: "TargetLike", time: float, counts: tuple[float, float]
+    configuration: Configuration,
+    target: "TargetLike",
+    time: float,
+    counts: tuple[float, float],
+    instrument: str | None = None,
 ) -> PlanAnswer | PassAnswer:
     """Plan a slew from given counts with the configured law of motion; nothing is contacted.
 
@@ -51,13 +56,16 @@ def plan_from(
         It is no target; it cannot be reached.
     ConfigurationError
         The site of a real telescope is left to its unit, which is not asked.
+    Refused
+        There is no such instrument; by default it is `main`, or the first.
     """
-    planner, around, left = _without_a_drive(configuration, time)
+    instruments, around, left = _without_a_drive(configuration, time, instrument)
+    planner = instruments.planner
     resolved = resolve(target, planner, time, sources_of(configuration))
     found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
-    return answered(found, time, planner, around, resolved, unasked)
+    return answered(found, time, planner, around, resolved, (*instruments.notes, *unasked))
 
 
 def plan_or_pass(planner: Planner, target: Target, start: Start, timing: Timing) -> Plan | PassPlan:
@@ -104,28 +112,33 @@ def notes_at(around: Surroundings, time: float, observed: Vector, target: Target
     return *around.notes(time, altitude), *of_the_target
 
 
-def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:
+def rates_at(
+    configuration: Configuration, target: "TargetLike", time: float, instrument: str | None = None
+) -> Answer:
     """Tracking rates of a target; nothing is contacted.
 
     Raises
     ------
-    TargetError, ConfigurationError
+    TargetError, ConfigurationError, Refused
         As for `plan_from`.
     """
-    planner, _, _ = _without_a_drive(configuration, time)
+    instruments = _without_a_drive(configuration, time, instrument)[0]
+    planner = instruments.planner
     return rates_of(planner, resolve(target, planner, time, sources_of(configuration)), time)
 
 
-def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
+def _without_a_drive(
+    configuration: Configuration, time: float, instrument: str | None
+) -> tuple[Instruments, Surroundings, tuple[str, ...]]:
     """Return what plans under the present air, and the keys that nobody has given and no unit was asked for."""
     left = () if configuration.simulated else configuration.left_to_the_unit()
     if "site.latitude_deg" in left or "site.longitude_deg" in left:
         text = "[site] latitude_deg and longitude_deg: give both, no unit is asked for them here"
         raise ConfigurationError(configuration.source, [text])
-    planner = planner_of(configuration)
-    around = surroundings_of(configuration, planner, SystemClock())
+    instruments = instruments_of(configuration, instrument)
+    around = surroundings_of(configuration, instruments.planner, SystemClock())
     around.open(time)
-    return planner, around, left
+    return instruments, around, left
 
 
 def rates_of(planner: Planner, target: Target, time: float) -> Answer:

@@ -28,6 +28,7 @@ class Service:
     def __init__(self, telescope: Telescope) -> None:
         self._telescope = telescope
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
+            "centre": self._centre,
             **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
             **drive_calls(telescope),
@@ -36,7 +37,9 @@ class Service:
             ),
             "flip": lambda _, emit: telescope.flip(_reported(emit)).json,
             "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit)).json,
+            "guide": self._guide,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,
+            "instrument": lambda args, emit: telescope.instrument(args.get("instrument"), _reported(emit)).json,
             "jog": lambda args, emit: (
                 telescope.jog(args["axis"], args["deg_s"], args["seconds"], _reported(emit)).json
             ),
@@ -66,6 +69,14 @@ class Service:
             return self._calls[name](args, emit)
         except KeyError as missing:
             raise InputError(f"the call {name!r} needs the argument {missing}") from missing
+
+    def _centre(self, args: dict[str, Any], emit: Emit) -> Mapping[str, object]:
+        force = bool(args.get("force"))
+        return self._telescope.centre(args["place"], args.get("at"), _reported(emit), force=force).json
+
+    def _guide(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
+        east, north = self._telescope.guide(args["direction"], args["milliseconds"])
+        return {"ok": True, "guide": {"east_arcsec": east, "north_arcsec": north}}
 
     def _sync(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
         moved = self._telescope.sync(args["target"], args.get("posture"), force=bool(args.get("force")))

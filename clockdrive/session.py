@@ -10,15 +10,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import NoReturn
 
-from clockdrive.corrections import OFFSETS
+from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
 from clockdrive.errors import Refused, StateError
+from clockdrive.history import History
 from clockdrive.pursuit import Pursuit
 from clockdrive.safety import Guard, rests_at
-from clockdrive.state import Activity, Event, Position, StateStore
+from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
-from pointing.errors import PointingError, TargetError
+from pointing.errors import PointingError, TargetError, Unreachable
 from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
@@ -74,6 +75,9 @@ class Session:
         self._after_reading = after_reading
         self.surroundings = surroundings or Surroundings(planner, clock)
         self.pursuit: Pursuit | None = None
+        self.wanted: Target | None = None  # what is or was last pursued, as it was asked for
+        self.wanted_since = -math.inf
+        self.history = History()
         self.doing = self._at_rest()
         self.reading: Reading | None = None
         self.trusted_counts: tuple[float, float] | None = None
@@ -171,6 +175,8 @@ class Session:
             self.halt(str(error))
         except TransportError as error:
             self._link_lost(error)
+        except Unreachable as error:  # the target has come to where the pointing origin does not
+            self.halt(f"{name}: {error}")
         return self._period
 
     def poll(self) -> Reading | None:
@@ -213,6 +219,7 @@ class Session:
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
         self.reading = reading
+        self.history.add(reading)
         if not reading.unsynchronised:
             self.trusted_counts = _counts(reading)
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
@@ -295,10 +302,10 @@ class Session:
             Nothing allowed leads there.
         """
         self.start()
-        plan = self.planner.plan(self.displaced(target), self.start(), self.timing(), posture)
+        plan = self.planner.plan(self.corrected(target), self.start(), self.timing(), posture)
         stale = _STALE_PLAN_S if plan.trajectory is None else _STALE_LED_S
         if self.clock.now() - plan.start > stale:  # the first plan of a process builds its tables
-            plan = self.planner.plan(self.displaced(target), self.start(), self.timing(), plan.posture)
+            plan = self.planner.plan(self.corrected(target), self.start(), self.timing(), plan.posture)
         return plan
 
     def whence(self, target: Target, time: float | None) -> tuple[Target, Start, Timing]:
@@ -314,9 +321,27 @@ class Session:
 
     def displaced(self, target: Target) -> Target:
         """The target with the person's offsets."""
-        offsets = {correction.name: correction.value for correction in self.store.corrections()}
-        east, north = (offsets.get(name, 0.0) for name in OFFSETS)
+        return self._displaced(target, OFFSETS)
+
+    def corrected(self, target: Target) -> Target:
+        """The target with the person's offsets and, if it is the one pursued, what guides and centres it."""
+        return self._displaced(target, DISPLACEMENTS if target is self.wanted else OFFSETS)
+
+    def _displaced(self, target: Target, names: tuple[str, ...]) -> Target:
+        east, north = displacement(self.store.corrections(), names)
         return OffsetTarget(target, east * _ARCSEC, north * _ARCSEC) if east or north else target
+
+    def corrections(self) -> tuple[Correction, ...]:
+        """What a person has corrected and is in force: guide and centre while their target is pursued."""
+        idle = OF_A_TARGET if self.pursuit is None else ()
+        return tuple(each for each in self.store.corrections() if each.name not in idle)
+
+    def forget_target(self) -> None:
+        """Begin anew: what guided and centred the last target is cleared, and said so."""
+        cleared = [name for name in OF_A_TARGET if self.store.clear_correction(name)]
+        if cleared and self.wanted is not None:
+            self.note("corrections", f"{', '.join(cleared)} of {self.wanted.name} cleared by a new goto")
+        self.wanted = None
 
     def synchronised(self) -> Reading:
         """The last reading, if its position can be trusted.
@@ -360,9 +385,10 @@ class Session:
     def pursue(self, target: Target, plan: Plan) -> Pursuit:
         """Follow a target from the end of a slew on."""
         angles = plan.axes[0].angle, plan.axes[1].angle
-        self.pursuit = Pursuit(
-            self.planner, self.displaced(target), plan.posture, angles, self.drive.leading, plan.trajectory
-        )
+        if target is not self.wanted:
+            self.wanted, self.wanted_since = target, self.clock.now()
+        followed = self.corrected(target) if plan.trajectory is None else plan.trajectory.target
+        self.pursuit = Pursuit(self.planner, followed, plan.posture, angles, self.drive.leading, plan.trajectory)
         return self.pursuit
 
     def stop(self) -> None:

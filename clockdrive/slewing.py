@@ -13,7 +13,6 @@ from clockdrive.session import Session
 from clockdrive.state import Activity
 from mounts.drive import AxisSlew, Reading
 from pointing.mount import Posture
-from pointing.offset import undisplaced
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
@@ -106,15 +105,15 @@ class Slewing:
         """
         session = self._session
         session.require_free()
-        pursuit = session.pursuit
-        if pursuit is None:
+        pursuit, wanted = session.pursuit, session.wanted
+        if pursuit is None or wanted is None:
             raise Refused("a flip takes up the target in the other posture, and none is tracked: `goto` one first")
         if pursuit.led:
             raise Refused(f"{pursuit.target.name} is too fast to be left for a flip; `goto` it again after its pass")
         other: Posture = "beyond" if pursuit.posture == "normal" else "normal"
         session.poll()
-        session.plan(undisplaced(pursuit.target), other)  # refused before anything is given up
-        return (yield from self._reach(undisplaced(pursuit.target), report, other))
+        session.plan(wanted, other)  # refused before anything is given up
+        return (yield from self._reach(wanted, report, other))
 
     def escape(self, where: Callable[[], Plan], report: Report) -> Steps[Plan]:
         """Leave a place where the telescope must not stay, and rest where `where` says."""

@@ -215,6 +215,17 @@ class StateStore:
         )
         return tuple(Correction(*row) for row in rows)
 
+    # Which pointing origin is in force
+
+    def record_instrument(self, name: str, time: float) -> None:
+        """Remember on which instrument targets are put."""
+        self._note("instrument", name, time, durable=True)
+
+    def instrument(self) -> str | None:
+        """The instrument that was taken last; None when none ever was."""
+        name = self._noted("instrument")
+        return name if isinstance(name, str) else None
+
     # What was learnt of the drive, and the simulator's own memory
 
     def learn(self, name: str, values: Mapping[str, object], time: float) -> None:

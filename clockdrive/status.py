@@ -12,7 +12,7 @@ from pointing.instant import Instant
 from pointing.vectors import longitude_latitude
 
 
-def status_of(session: Session, store: StateStore, configuration: Configuration) -> dict[str, Any]:
+def status_of(session: Session, store: StateStore, configuration: Configuration, instrument: str) -> dict[str, Any]:
     """Return the status as plain values: degrees, counts, UTC."""
     now, planner = session.clock.now(), session.planner
     status: dict[str, Any] = {
@@ -22,6 +22,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
         "utc": utc(now),
         "doing": session.doing,
         "target": session.pursuit.target.name if session.pursuit else None,
+        "instrument": instrument,
         "parked": store.parked(),
         "trouble": session.trouble,
         "notes": [
@@ -68,6 +69,12 @@ def status_of(session: Session, store: StateStore, configuration: Configuration)
             {"name": check.name, "ok": check.ok, "detail": check.detail} for check in planner.standing(angles, now)
         ],
         "corrections": ledger(
-            planner, store, configuration, session.surroundings, math.radians(place["altitude_deg"]), now
+            planner,
+            session.corrections(),
+            instrument,
+            configuration,
+            session.surroundings,
+            math.radians(place["altitude_deg"]),
+            now,
         ),
     }

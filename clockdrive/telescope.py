@@ -11,20 +11,31 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from clockdrive import assembly
+from clockdrive import assembly, parse
 from clockdrive.adjusting import Adjusting
-from clockdrive.answers import Answer, PassAnswer, PlanAnswer, arrival_answer, plan_answer
+from clockdrive.answers import (
+    Answer,
+    PassAnswer,
+    PlanAnswer,
+    arrival_answer,
+    centred_answer,
+    instrument_answer,
+    plan_answer,
+)
 from clockdrive.automatic import Automatic
+from clockdrive.centring import Centring
+from clockdrive.choosing import Choosing
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
 from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
+from clockdrive.guiding import Guiding
 from clockdrive.owner import Ownership
 from clockdrive.planning import answered, notes_at, plan_or_pass, posix, rates_of, resolve, sources_of
 from clockdrive.session import Session
-from clockdrive.slewing import Progress, Report, Slewing
+from clockdrive.slewing import Arrival, Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
 from pointing.errors import Unreachable
@@ -103,6 +114,9 @@ class Telescope:
             raise
         self._slewing = Slewing(self._session)
         self._adjusting = Adjusting(self._session)
+        self._guiding = Guiding(self._session, self.configuration.mount.guide_rate)
+        self._centring = Centring(self._session, self._slewing)
+        self._choosing = Choosing(self._session, self._slewing, self._instruments)
         self._direct = DirectSpeed(self._session)
         self._automatic = Automatic(
             self._session,
@@ -169,7 +183,8 @@ class Telescope:
         time = self._time(at)
         resolved = self._target(target, time)
         found = self._planned(resolved, None if at is None else time)
-        return answered(found, time, self._session.planner, self._session.surroundings, resolved)
+        around = self._session.surroundings
+        return answered(found, time, self._session.planner, around, resolved, self._instruments.notes)
 
     def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`.
@@ -183,7 +198,7 @@ class Telescope:
         if ahead is not None and ahead.reachable > self.clock.now() + _LONGEST_WAIT_S:
             text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
             raise Unreachable(text, ahead.reachable)
-        arrival = self._perform(self._slewing.goto(resolved, progress, ahead))
+        arrival = self._perform(self._gone_to(resolved, progress, ahead))
         return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved))
 
     def flip(self, progress: Report = nobody) -> Answer:
@@ -254,7 +269,9 @@ class Telescope:
 
     def status(self) -> Answer:
         """Everything that is known now: position, activity, limits, corrections in force, notes."""
-        return self._control.call(lambda: Answer(status_of(self._session, self._store, self.configuration)))
+        return self._control.call(
+            lambda: Answer(status_of(self._session, self._store, self.configuration, self._instruments.name))
+        )
 
     def events(self, limit: int = 100) -> tuple[Event, ...]:
         """What happened, newest first."""
@@ -277,11 +294,84 @@ class Telescope:
         return self._control.call(lambda: self._adjusting.sync(resolved, posture, force=force))
 
     def offset(self, east_arcsec: float, north_arcsec: float) -> None:
-        """Displace this and all later targets on the sky; adds to the offset in force."""
+        """Displace this and all later targets on the sky, arcseconds; adds to the offset in force.
+
+        Raises
+        ------
+        Refused
+            A total is beyond a degree, or a limit forbids it.
+        """
         self._control.call(lambda: self._adjusting.offset(east_arcsec, north_arcsec))
 
+    def guide(self, direction: str, milliseconds: float) -> tuple[float, float]:
+        """Displace what is tracked by `guide_rate` × sidereal × time, on the sky; a new goto or a sync ends it.
+
+        Parameters
+        ----------
+        direction : str
+            `north`, `south`, `east` (increasing right ascension) or `west`.
+        milliseconds : float
+            1 to 10000.
+
+        Returns
+        -------
+        tuple of float
+            The sum of all pulses on this target, arcseconds east and north.
+
+        Raises
+        ------
+        Refused
+            Nothing is tracked, it slews, or the pulse is none.
+        """
+        return self._control.call(lambda: self._guiding.pulse(direction, milliseconds))
+
+    def centre(
+        self,
+        coord: "TargetLike",
+        at: "TimeLike | None" = None,
+        progress: Report = nobody,
+        *,
+        force: bool = False,
+    ) -> Answer:
+        """Bring the target onto the pointing origin, by where an image says that the telescope pointed.
+
+        Subtracted is: where the counts said at the middle of the exposure, minus where the image says. It replaces
+        the centring before, and clears guide pulses; a person's offset stays. A new goto or a sync ends it.
+
+        Parameters
+        ----------
+        coord : SkyCoord, str or Target
+            The place in the image that is on the pointing origin in force: text is ICRS, two numbers degrees.
+        at : float, datetime, Time or str, optional
+            Middle of the exposure, at most 20 minutes ago; now by default.
+        progress : callable
+            Told of the slew that more than 60″ takes.
+        force : bool
+            Accept a pointing error beyond 5°.
+
+        Raises
+        ------
+        Refused, Unreachable, TargetError
+            Nothing is tracked; the moment is not known; beyond 5°; nothing allowed leads there; or it is no place.
+        """
+        moment = None if at is None else posix(at)
+        seen = parse.place(coord) if isinstance(coord, str) else self._target(coord, self._time(at))
+        steps = self._centring.centre(seen, moment, progress, force=force)
+        return centred_answer(self._perform(steps), self._instruments.name)
+
+    def instrument(self, name: str | None = None, progress: Report = nobody) -> Answer:
+        """Say which pointing origin is in force, or put targets on another: what is tracked is slewn onto it.
+
+        Raises
+        ------
+        Refused, Unreachable
+            There is no such instrument; not now; or the target cannot be put on it.
+        """
+        moved = False if name is None else self._perform(self._choosing.choose(name, progress))
+        return instrument_answer(self._instruments, moved=moved)
+
     def clear(self, correction: str) -> None:
-        """Remove a correction by its name in `status`."""
+        """Remove a correction by its name in `status`, or both of a kind: `offset`, `guide`, `centre`."""
         self._control.call(lambda: self._adjusting.clear(correction))
 
     def power(self, *, on: bool) -> None:
@@ -352,7 +442,11 @@ class Telescope:
             drive, self.configuration = assembly.drive(
                 configuration, self.clock, device, memory, lambda kept: self._store.learn("drive", kept, now)
             )
-            planner = assembly.planner(self.configuration)
+            self._instruments = assembly.instruments(self.configuration)
+            planner = self._instruments.planner
+            chosen = self._store.instrument()
+            if chosen is not None and chosen in self._instruments.sections:  # else it is no longer configured
+                self._instruments.take(chosen)
             around = assembly.surroundings(self.configuration, planner, self.clock)
             session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
             session.open(make_safe=self.ownership.previous_owner_died)
@@ -361,8 +455,17 @@ class Telescope:
             raise
         return session
 
+    def _gone_to(self, target: Target, progress: Report, ahead: PassPlan | None) -> Steps[Arrival]:
+        """Slew to a new target; what was found of the last one is not taken along."""
+        self._session.require_free()
+        if ahead is None:
+            self._session.plan(target)  # what is refused leaves all as it was
+        self._session.forget_target()
+        return (yield from self._slewing.goto(target, progress, ahead))
+
     def _notes(self, plan: Plan, target: Target | None = None) -> tuple[str, ...]:
-        return notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
+        said = notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
+        return (*said, *self._instruments.notes)
 
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))

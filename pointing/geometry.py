@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 
-from pointing.errors import PointingError
+from pointing.errors import PointingError, Unreachable
 from pointing.instant import Instant
 from pointing.limits import Check, Limits
 from pointing.mount import POSTURES, Mount, MountType, Posture
@@ -99,9 +100,11 @@ class Geometry:
         observed, _ = target.observed_with_rate(frame)
         if self.limits.horizon.margin(observed) < 0 or self.limits.sun_margin(observed, frame.sun()) < 0:
             return False
-        return any(
-            True for posture in POSTURES for _ in self.windings(self.mount.axes(observed, posture), (0.0, 0.0))
-        )
+        with suppress(Unreachable):  # where the origin passes the pole of axis 1 by, there are no axis angles
+            return any(
+                True for posture in POSTURES for _ in self.windings(self.mount.axes(observed, posture), (0.0, 0.0))
+            )
+        return False
 
     def windings(self, angles: tuple[float, float], slack: tuple[float, float]) -> Iterator[tuple[float, float]]:
         """Every pair of axis angles within the limits, widened by `slack`, that is the same direction as `angles`."""

@@ -14,6 +14,10 @@ from pathlib import Path
 from pointing.errors import PointingError
 from pointing.vectors import Vector
 
+_STEPS = 360  # points of a widened horizon
+_STEP = math.tau / _STEPS
+_ZENITH = math.radians(89.999)  # a horizon stays below it
+
 
 @dataclass(frozen=True)
 class Check:
@@ -122,6 +126,35 @@ class Horizon:
         # the cosine stays above ρ/2, so the height above the line falls by at most d · (1 + 2 · slope / ρ).
         return max(above_all, min(here / (1.0 + 2.0 * self._slope / max(rho, 1e-9)), rho / 2.0))
 
+    def widened(self, by: float) -> "Horizon":
+        """The horizon above which everything within `by` radians of a direction is above this one.
+
+        Such a circle spans asin(sin `by` / cos altitude) of azimuth to either side, where it can touch this horizon
+        at all; the new one is the highest altitude in that span, raised by `by`. It never comes out lower than
+        needed, and is higher by at most what this one climbs in a degree more.
+        """
+        if by <= 0.0:
+            return self
+        highest = self._highest + by
+        if len(self.altitudes) == 1:
+            return Horizon(((0.0, min(highest, _ZENITH)),))
+        level = math.cos(highest) if highest + by < math.pi / 2 else 0.0
+        span = math.asin(math.sin(by) / level) if level > math.sin(by) else math.pi
+        return Horizon(
+            tuple(
+                (azimuth, min(self._highest_within(azimuth, span + _STEP) + by, _ZENITH))
+                for azimuth in (i * _STEP for i in range(_STEPS))
+            )
+        )
+
+    def _highest_within(self, azimuth: float, span: float) -> float:
+        """Highest altitude within `span` of an azimuth, radians: at an end of the span, or at a point in it."""
+        if span >= math.pi:
+            return self._highest
+        ends = self.altitude(azimuth - span), self.altitude(azimuth + span)
+        inside = (top for place, top in self.altitudes if abs(math.remainder(place - azimuth, math.tau)) <= span)
+        return max(*ends, *inside)
+
     def _steepest(self) -> float:
         points = self.altitudes
         slopes = [0.0]
@@ -151,6 +184,12 @@ class Limits:
             raise PointingError(
                 f"a Sun avoidance of {math.degrees(self.sun_avoidance):g}°: allowed are 0° (none) to 180°"
             )
+
+    def widened(self, by: float) -> "Limits":
+        """The limits for one direction that keep everything within `by` radians of it within these."""
+        return Limits(
+            self.horizon.widened(by), min(self.sun_avoidance + by, math.pi) if self.sun_avoidance > 0.0 else 0.0
+        )
 
     def sun_margin(self, observed: Vector, sun: Vector) -> float:
         """Angle from a direction to the edge of the Sun's zone, radians; infinite where there is no zone.

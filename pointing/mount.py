@@ -7,6 +7,12 @@ registers. First order: MA = −X, ME = −Y; AW = X, AN = −Y.
 
 *Normal* posture has |axis 2| ≤ 90°. *Beyond* is the same direction reached over the pole or zenith: axis 1 + 180°,
 axis 2 = 180° − axis 2, which a southern equatorial mount writes −180° − axis 2.
+
+The *pointing origin* is the place in the focal plane on which the target is put. It is fixed to the tube: from the
+tube's axis by x across, along the great circle in the direction of increasing axis 1, then by y with axis 2. That is
+how it lies on the sky in normal posture; beyond, the tube has turned over and both are reversed there. Solved in
+closed form after Wallace 2002 (SPIE 4848, 125) without non-perpendicularity: x is TPOINT's CH of an equatorial mount
+and −CA of an altazimuth mount, y adds to axis 2. A *posture* then says on which side of the pole the origin is.
 """
 
 import math
@@ -14,13 +20,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
 
-from pointing.errors import PointingError
+from pointing.errors import PointingError, Unreachable
 from pointing.vectors import Vector
 
 Posture = Literal["normal", "beyond"]
 POSTURES: tuple[Posture, Posture] = ("normal", "beyond")
 
 _POLE = 1e-12  # closer to axis 1 than this, its angle is taken as 0 and its rate as 0: there is none
+_GRAZING = 1e-12  # square of the reach below which an origin across the tube passes the pole by
+_FARTHEST_ORIGIN = math.pi / 4
 
 
 class MountType(Enum):
@@ -62,20 +70,25 @@ class Mount:
         Radians, north positive.
     x, y : float
         The rotation vector of the misalignment, radians.
+    origin_x, origin_y : float
+        The pointing origin in the focal plane, radians; 0, 0 is the tube's axis.
 
     Raises
     ------
     PointingError
-        The latitude or the misalignment is impossible.
+        The latitude, the misalignment or the origin is impossible.
     """
 
     type: MountType
     latitude: float
     x: float = 0.0
     y: float = 0.0
+    origin_x: float = 0.0
+    origin_y: float = 0.0
     _rows: tuple[Vector, Vector, Vector] = field(init=False, repr=False, compare=False)
     _zero: float = field(init=False, repr=False, compare=False)
     _turn: float = field(init=False, repr=False, compare=False)
+    _across: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not abs(self.latitude) <= math.pi / 2:
@@ -83,6 +96,9 @@ class Mount:
         if not math.hypot(self.x, self.y) <= math.pi:
             turns = f"X {math.degrees(self.x):g}°, Y {math.degrees(self.y):g}°"
             raise PointingError(f"a misalignment of {turns}: possible are 180° together; a mount has a few degrees")
+        if not max(abs(self.origin_x), abs(self.origin_y)) <= _FARTHEST_ORIGIN:
+            place = f"x {math.degrees(self.origin_x):g}°, y {math.degrees(self.origin_y):g}°"
+            raise PointingError(f"a pointing origin at {place}: possible are −45° to 45° each; check its unit")
         turned = _transposed(_rodrigues(self.x, self.y))
         altaz = self.type is MountType.ALTAZ_FORK
         rows = turned if altaz else _product(turned, _equator_from_horizon(self.latitude))
@@ -90,9 +106,19 @@ class Mount:
         object.__setattr__(self, "_zero", math.pi if altaz else 0.0)
         south = self.latitude < 0 and not altaz
         object.__setattr__(self, "_turn", -math.pi if south else math.pi)
+        object.__setattr__(self, "_across", -math.sin(self.origin_x))
+
+    @property
+    def origin_distance(self) -> float:
+        """Angle between the tube's axis and the pointing origin, radians."""
+        along, up = (
+            math.cos(self.origin_x) * math.cos(self.origin_y),
+            math.cos(self.origin_x) * math.sin(self.origin_y),
+        )
+        return math.atan2(math.hypot(self._across, up), along)
 
     def axes(self, observed: Vector, posture: Posture) -> tuple[float, float]:
-        """Mechanical axis angles that point at an observed direction.
+        """Mechanical axis angles that bring the pointing origin on an observed direction.
 
         Parameters
         ----------
@@ -104,20 +130,35 @@ class Mount:
         Returns
         -------
         tuple[float, float]
-            Radians; axis 1 within (−π, π] of its zero in normal posture, not wound.
+            Radians; axis 1 in normal posture within (−π, π] of its zero, turned by what the origin asks; not wound.
+
+        Raises
+        ------
+        Unreachable
+            The direction is nearer to the pole of axis 1 than the origin's x reaches.
         """
         x, y, z = self._to_mount(observed)
-        axis1 = self._zero - math.atan2(y, x)
-        axis2 = math.atan2(z, math.hypot(x, y))
-        return (axis1, axis2) if posture == "normal" else (axis1 + math.pi, self._turn - axis2)
+        axis1, reach = self._zero - math.atan2(y, x), math.hypot(x, y)
+        if self._across:
+            reach = self._reach(reach)
+            turned = math.atan2(self._across, reach)
+            axis1 += turned if posture == "normal" else -turned
+        axis2 = math.atan2(z, reach)
+        if posture == "normal":
+            return axis1, axis2 - self.origin_y
+        return axis1 + math.pi, self._turn - axis2 - self.origin_y
 
     def observed(self, axis1: float, axis2: float) -> Vector:
-        """Observed direction, horizon frame, at mechanical axis angles; the inverse of `axes` for either posture."""
-        cos2 = math.cos(axis2)
+        """Observed direction of the pointing origin, horizon frame, at mechanical axis angles; inverse of `axes`."""
+        up = axis2 + self.origin_y
         lateral = self._zero - axis1
+        cos2, z = math.cos(up), math.sin(up)
         x = cos2 * math.cos(lateral)
         y = cos2 * math.sin(lateral)
-        z = math.sin(axis2)
+        if self._across:
+            along = math.cos(self.origin_x)
+            x, y = along * x - self._across * math.sin(lateral), along * y + self._across * math.cos(lateral)
+            z *= along
         (a, b, c), (d, e, f), (g, h, i) = self._rows
         return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
 
@@ -137,7 +178,14 @@ class Mount:
         -------
         tuple
             ((angle, rate) of axis 1, (angle, rate) of axis 2), radians and radians per second.
+
+        Raises
+        ------
+        Unreachable
+            As for `axes`.
         """
+        if self._across:
+            return self._off_axis(observed, rate, posture)
         x, y, z = self._to_mount(observed)
         vx, vy, vz = self._to_mount(rate)
         rho2 = x * x + y * y
@@ -150,12 +198,50 @@ class Mount:
             rate1 = (y * vx - x * vy) / rho2
             rate2 = vz * rho - z * (x * vx + y * vy) / rho
         if posture == "normal":
-            return (axis1, rate1), (axis2, rate2)
-        return (axis1 + math.pi, rate1), (self._turn - axis2, -rate2)
+            return (axis1, rate1), (axis2 - self.origin_y, rate2)
+        return (axis1 + math.pi, rate1), (self._turn - axis2 - self.origin_y, -rate2)
+
+    def _off_axis(
+        self, observed: Vector, rate: Vector, posture: Posture
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """`axes_and_rates` with an origin across the tube.
+
+        With ρ² = X² + Y², b_y the origin's component across and c² = ρ² − b_y², axis 1 is that of the tube's axis
+        turned by ±atan2(b_y, c), and axis 2 is ±atan2(Z, c); the rates are their derivatives, with c ċ = ρ ρ̇.
+        """
+        x, y, z = self._to_mount(observed)
+        vx, vy, vz = self._to_mount(rate)
+        rho = math.hypot(x, y)
+        reach = self._reach(rho)
+        outwards = x * vx + y * vy
+        turned, turning = math.atan2(self._across, reach), -self._across * outwards / (rho * rho * reach)
+        axis1, rate1 = self._zero - math.atan2(y, x), (y * vx - x * vy) / (rho * rho)
+        axis2, rate2 = math.atan2(z, reach), (vz * reach - z * outwards / reach) / (reach * reach + z * z)
+        if posture == "normal":
+            return (axis1 + turned, rate1 + turning), (axis2 - self.origin_y, rate2)
+        return (axis1 - turned + math.pi, rate1 - turning), (self._turn - axis2 - self.origin_y, -rate2)
+
+    def _reach(self, rho: float) -> float:
+        """Component along the tube's plane of an origin across it, for a direction `rho` from axis 1.
+
+        Raises
+        ------
+        Unreachable
+            There is none: the origin passes by.
+        """
+        across = abs(self._across)
+        reach2 = (rho - across) * (rho + across)
+        if reach2 < _GRAZING:
+            blind, here = math.degrees(abs(self.origin_x)), math.degrees(math.asin(min(rho, 1.0)))
+            raise Unreachable(
+                f"the place is {here:.4f}° from the pole of axis 1, where a pointing origin {blind:.4f}° beside the "
+                "tube's axis does not come: take another instrument, or wait until the target has passed"
+            )
+        return math.sqrt(reach2)
 
     def posture(self, axis2: float) -> Posture:
-        """Whether an axis 2 angle lies in the normal range or beyond the pole."""
-        return "normal" if math.cos(axis2) >= 0.0 else "beyond"
+        """Whether at an axis 2 angle the pointing origin lies in the normal range or beyond the pole."""
+        return "normal" if math.cos(axis2 + self.origin_y) >= 0.0 else "beyond"
 
     def _to_mount(self, v: Vector) -> Vector:
         x, y, z = v

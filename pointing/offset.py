@@ -1,4 +1,4 @@
-"""A target seen a little east and north of where it is: what a person's offsets ask for."""
+"""A target seen a little east and north of where it is, and how far one place is from another in these directions."""
 
 import math
 from dataclasses import dataclass, replace
@@ -86,9 +86,41 @@ class OffsetTarget:
         )
 
 
-def undisplaced(target: Target) -> Target:
-    """The target itself, without a displacement that was laid over it."""
-    return target.base if isinstance(target, OffsetTarget) else target
+def offset_between(v: Vector, displaced: Vector, latitude: float) -> tuple[float, float]:
+    """East and north, radians, from one observed direction to another: inverse of `OffsetTarget`, to 1e-15.
+
+    Parameters
+    ----------
+    v, displaced : Vector
+        Unit vectors in the horizon frame.
+    latitude : float
+        Radians, north positive.
+    """
+    east, north = _directions(v, latitude)
+    across, along = _dot(displaced, east), _dot(displaced, north)
+    size = math.hypot(across, along)
+    if size == 0.0:
+        return 0.0, 0.0
+    distance = math.atan2(size, _dot(v, displaced))
+    return across / size * distance, along / size * distance
+
+
+def carried(v: Vector, start: Vector, end: Vector) -> Vector:
+    """Turn `v` by the rotation that carries `start` to `end` on their great circle; less than half a turn.
+
+    With k = start × end: v + k × v + k × (k × v) / (1 + start · end), Rodrigues' formula of that rotation.
+    """
+    k = _cross(start, end)
+    once = _cross(k, v)
+    return _sum(_sum(v, once), _scaled(_cross(k, once), 1.0 / (1.0 + _dot(start, end))))
+
+
+def _directions(v: Vector, latitude: float) -> tuple[Vector, Vector]:
+    """East and north at a direction."""
+    across = _cross((-math.cos(latitude), 0.0, math.sin(latitude)), v)
+    size = math.hypot(*across)
+    east = (0.0, 1.0, 0.0) if size < _POLE else _scaled(across, 1.0 / size)
+    return east, _cross(v, east)
 
 
 def _cross(a: Vector, b: Vector) -> Vector:

@@ -25,7 +25,10 @@ def plan(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     if args.start is not None:
         configuration = configuration_of(args.config)
-        answer = planning.plan_from(configuration, _target(args), at, parse.counts(args.start)).json
+        counts = parse.counts(args.start)
+        answer = planning.plan_from(configuration, _target(args), at, counts, args.instrument).json
+    elif args.instrument is not None:
+        raise InputError(f"--instrument {args.instrument} goes with --from; `clockdrive instrument` chooses one")
     else:
         with backend(args.config, "plan", keep_tracking=True) as telescope:
             answer = telescope.call("plan", target=_target(args), at=at if args.at else None)
@@ -37,7 +40,8 @@ def rates(args: argparse.Namespace) -> None:
     from clockdrive import parse, planning  # noqa: PLC0415 - as in `plan`
 
     at = parse.utc(args.at or "now", time.time())
-    _show(args, planning.rates_at(configuration_of(args.config), _target(args), at).json, display.rates_text)
+    answer = planning.rates_at(configuration_of(args.config), _target(args), at, args.instrument).json
+    _show(args, answer, display.rates_text)
 
 
 def goto(args: argparse.Namespace) -> None:
@@ -102,7 +106,9 @@ def offset(args: argparse.Namespace) -> None:
     with backend(args.config, "offset", keep_tracking=True) as telescope:
         if words[:1] == ["clear"]:
             if len(words) == 1:
-                raise InputError("`offset clear NAME`: give the name of a correction, or `offset` for both offsets")
+                raise InputError(
+                    "`offset clear NAME`: give the name of a correction, or offset, guide, centre for both of a kind"
+                )
             telescope.call("clear", correction=" ".join(words[1:]))
         elif words:
             east, north = _two_numbers(words)
@@ -116,6 +122,36 @@ def offset(args: argparse.Namespace) -> None:
             "\n".join(f"{row['name']}: {row['value']:+.2f}″" for row in found["corrections"]) or "no offsets"
         ),
     )
+
+
+def guide(args: argparse.Namespace) -> None:
+    """Displace the target by a pulse."""
+    with backend(args.config, "guide", keep_tracking=True) as telescope:
+        answer = telescope.call("guide", direction=args.direction, milliseconds=args.milliseconds)
+    _show(args, answer, display.guide_text)
+
+
+def centre(args: argparse.Namespace) -> None:
+    """Centre the target by a solved image."""
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    at = None if args.at is None else parse.utc(args.at, time.time())
+    with (
+        backend(args.config, "centre", keep_tracking=True) as telescope,
+        display.progress_bar(quiet=args.json) as show,
+    ):
+        answer = telescope.call("centre", show, place=_target(args), at=at, force=args.force)
+    _show(args, answer, display.centre_text)
+
+
+def instrument(args: argparse.Namespace) -> None:
+    """Show the pointing origins, or choose one."""
+    with (
+        backend(args.config, "instrument", keep_tracking=True) as telescope,
+        display.progress_bar(quiet=args.json) as show,
+    ):
+        answer = telescope.call("instrument", show, instrument=args.name)
+    _show(args, answer, display.instrument_text)
 
 
 def status(args: argparse.Namespace) -> None:
@@ -254,14 +290,17 @@ def _two_numbers(words: list[str]) -> tuple[float, float]:
 
 
 COMMANDS: dict[str, Command] = {
+    "centre": centre,
     "commission": commission,
     "config": config,
     "drive": drive,
     "flip": flip,
     "goto": goto,
+    "guide": guide,
     "header": header,
     "home": go,
     "init": init,
+    "instrument": instrument,
     "jog": jog,
     "offset": offset,
     "park": go,

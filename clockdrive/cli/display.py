@@ -113,6 +113,38 @@ def arrival_text(answer: Mapping[str, Any]) -> str:
     return "\n".join((arrival, *of_the_target))
 
 
+def guide_text(answer: Mapping[str, Any]) -> str:
+    """The sum of the pulses as a line."""
+    return f"guided by {_east_north(answer['guide'])} in all"
+
+
+def centre_text(answer: Mapping[str, Any]) -> str:
+    """What an image told, as two lines."""
+    how = "slewn" if answer["slewed"] else "moved"
+    return (
+        f"{answer['target']} on {answer['instrument']}: the counts stood {_east_north(answer['error'])} of the image "
+        f"of {answer['exposure_utc']}\n  {how} by {answer['moved_arcsec']:.2f}″; "
+        f"in force is centre {_east_north(answer['centre'])}"
+    )
+
+
+def instrument_text(answer: Mapping[str, Any]) -> str:
+    """The pointing origins, a line each."""
+    lines = [
+        f"{'*' if name == answer['instrument'] else ' '} {name}: x {row['x_arcsec']:+.2f}″  y {row['y_arcsec']:+.2f}″"
+        for name, row in answer["instruments"].items()
+    ]
+    if answer["limits_widened_deg"]:
+        lines.append(f"  horizon and Sun are kept {answer['limits_widened_deg']:.2f}° wider, for the tube")
+    if answer["moved"]:
+        lines.append("  the target was put on it")
+    return "\n".join(lines)
+
+
+def _east_north(arcsec: Mapping[str, float]) -> str:
+    return f"{arcsec['east_arcsec']:+.2f}″ east, {arcsec['north_arcsec']:+.2f}″ north"
+
+
 def live_line(status: Mapping[str, Any]) -> str:
     """The telescope in one line."""
     if "observed" not in status:

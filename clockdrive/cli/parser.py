@@ -35,6 +35,7 @@ def parser() -> argparse.ArgumentParser:
     _asking(add_with_target)
     _moving(add, add_with_target)
     _correcting(add, add_with_target)
+    _guiding(add)
     _serving(add)
     _around(add)
     return root
@@ -44,8 +45,10 @@ def _asking(add_with_target: Adder) -> None:
     plan = add_with_target("plan", "show a slew to a target; nothing moves")
     plan.add_argument("--at", metavar="UTC", help="when the slew would start (default now)")
     plan.add_argument("--from", dest="start", metavar="C1,C2", help="start counts; no drive is contacted")
+    plan.add_argument("--instrument", metavar="NAME", help="with --from: on which pointing origin (default main)")
     rates = add_with_target("rates", "tracking rates of both axes and the drive's registers")
     rates.add_argument("--at", metavar="UTC", help="for which moment (default now)")
+    rates.add_argument("--instrument", metavar="NAME", help="on which pointing origin (default main)")
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:
@@ -72,6 +75,18 @@ def _correcting(add: Adder, add_with_target: Adder) -> None:
     sync.add_argument("--force", action="store_true", help="accept a correction beyond 5°")
     offset = add("offset", "displace the target: `offset EAST NORTH` in arcseconds, `offset clear NAME`, or show")
     offset.add_argument("words", nargs="*", metavar="EAST NORTH | clear NAME")
+
+
+def _guiding(add: Adder) -> None:
+    centre = add("centre", "bring the target onto the pointing origin, by where an image says the telescope pointed")
+    centre.add_argument("target", nargs="+", metavar="RA DEC", help="ICRS, degrees or 05:34:31.9 +22:00:52")
+    centre.add_argument("--at", metavar="UTC", help="the middle of the exposure (default now)")
+    centre.add_argument("--force", action="store_true", help="accept a pointing error beyond 5°")
+    guide = add("guide", "displace the target by a pulse at guide_rate, on the sky")
+    guide.add_argument("direction", metavar="N|S|E|W", help="north, south, east or west")
+    guide.add_argument("milliseconds", type=float, metavar="MS", help="1 to 10000")
+    instrument = add("instrument", "show the pointing origins, or choose the one on which targets are put")
+    instrument.add_argument("name", nargs="?", metavar="NAME", help="of a table [instruments.NAME]")
 
 
 def _serving(add: Adder) -> None:

@@ -231,14 +231,10 @@ def _place(words: str, text: str) -> Target:
     said = f"the witness says {text[:_SHOWN]!r}"
     if not _COORDINATES.fullmatch(words):
         raise WitnessError(f"{said}: print RA and Dec, in degrees or as 05:34:32 +22:00:52")
-    numbers = words.replace(",", " ").split()
     try:
-        found = parse.target(", ".join(numbers) if len(numbers) == 2 and ":" not in words else words)
+        return parse.place(words)
     except TargetError as error:
         raise WitnessError(f"{said}: {error}") from error
-    if isinstance(found, parse.Best):
-        raise WitnessError(f"{said}: print RA and Dec")
-    return found
 
 
 def witness_of(
@@ -264,6 +260,11 @@ def witness_of(
         if device is None:
             raise WitnessError(
                 "the witness `simulator` is there for the link sim: only; use command:PROGRAM or typed"
+            )
+        if planner.mount.origin_distance:
+            raise WitnessError(
+                f"the simulator sees along the tube, and targets are put "
+                f"{math.degrees(planner.mount.origin_distance):.3f}° beside it: choose an instrument at 0, 0 first"
             )
         return SimulatedSky.of(device, configuration, clock)
     if kind == "command" and program.strip():

@@ -11,7 +11,6 @@ from pointing.mount import MountType
 
 ABSENT = {
     "a model": ({"mount.pointing_model": "model.mod"}, "pointing_model"),
-    "an origin beside the axis": ({"instruments.main.x_arcsec": 10.0}, "instruments.main"),
 }
 
 

@@ -204,3 +204,18 @@ def test_any_text_is_a_value_or_an_input_error(text):
     for reads in (lambda: parse.utc(text, 0.0), lambda: parse.duration(text), lambda: parse.counts(text)):
         with contextlib.suppress(InputError):
             reads()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["83.633 -22.0145", "83.633,-22.0145", "83.633 −22.0145", "05:34:31.92 -22:00:52.2", "5h34m31.92s -22d00m52.2s"],
+)
+def test_the_place_of_an_image_is_degrees_or_what_a_target_is(text):
+    found = parse.place(text)
+    assert (math.degrees(found.ra), math.degrees(found.dec)) == pytest.approx((83.633, -22.0145), abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["best", "altaz:10,20", "hadec:1,2"])
+def test_a_place_that_no_image_gives_is_refused(text):
+    with pytest.raises(TargetError, match="no place of an image: give right ascension and declination"):
+        parse.place(text)

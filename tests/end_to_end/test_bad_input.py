@@ -54,7 +54,7 @@ REFUSED = [  # words, exit code, what the sentence says
     ("offset 5", 2, ["two numbers"]),
     ("offset east 5", 2, ["two numbers"]),
     ("offset clear", 2, ["give the name"]),
-    ("offset clear mount x", 1, ["no correction 'mount x'"]),
+    ("offset clear mount x", 1, ["mount x cannot be cleared: take mount_x_mas out"]),
     ("sync altaz:90,20", 1, ["more than 5°", "--force"]),
     ("sync altaz:90,-20 --force", 1, ["below the horizon"]),
     ("drive show on", 1, ["no register 'on'"]),

@@ -1,6 +1,7 @@
 """The horizon, the Sun's zone, and tables that cannot be one."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,11 @@ HILLS = ((0.0, 10.0), (80.0, 12.0), (90.0, 35.0), (100.0, 12.0), (200.0, -3.0), 
 
 def profile(rows=HILLS):
     return Horizon(tuple((math.radians(azimuth), math.radians(altitude)) for azimuth, altitude in rows))
+
+
+@cache
+def widened(limits, by):
+    return limits.widened(by)
 
 
 def looking(azimuth_deg, altitude_deg):
@@ -159,3 +165,47 @@ def test_a_horizon_out_of_order_is_refused(rows, said):
 def test_a_direction_keeps_its_azimuth_in_the_table():
     assert math.degrees(azimuth_altitude(looking(300.0, 40.0))[0]) == pytest.approx(300.0)
     assert profile().margin(looking(300.0, 40.0)) == pytest.approx(0.0, abs=1e-12)
+
+
+@settings(derandomize=True, deadline=None)
+@given(
+    st.sampled_from((HILLS, ((0.0, 15.0),), ((0.0, 3.0), (0.5, 60.0), (1.0, 3.0)))),
+    st.floats(0.0, 360.0),
+    st.floats(-20.0, 90.0),
+    st.sampled_from((0.01, 0.5, 3.0, 14.0)),
+    st.floats(0.0, math.tau),
+    st.floats(0.0, 1.0),
+)
+def test_what_is_allowed_by_widened_limits_is_allowed_all_round(rows, azimuth, altitude, by_deg, bearing, part):
+    """Any direction within the radius, by a rotation about a perpendicular axis, keeps horizon and Sun."""
+    by, sun = math.radians(by_deg), np.array(looking(40.0, 30.0))
+    limits, here = Limits(profile(rows), math.radians(20.0)), looking(azimuth, altitude)
+    wide = widened(limits, by)
+    up = (0.0, 0.0, 1.0) if abs(here[2]) < 0.9 else (1.0, 0.0, 0.0)
+    one = np.cross(here, up) / np.linalg.norm(np.cross(here, up))
+    across = one * math.cos(bearing) + np.cross(here, one) * math.sin(bearing)
+    beside = tuple(np.array(here) * math.cos(by * part) + across * math.sin(by * part))
+    if wide.horizon.margin(here) >= 0.0:
+        assert limits.horizon.margin(beside) >= -1e-9
+    if wide.sun_margin(here, tuple(sun)) >= 0.0:
+        assert limits.sun_margin(beside, tuple(sun)) >= -1e-9
+
+
+def test_a_level_horizon_is_widened_by_just_so_much_and_hills_by_little_more():
+    by = math.radians(2.0)
+    assert math.degrees(Horizon.level(15.0).widened(by).altitude(1.0)) == pytest.approx(17.0)
+    assert Horizon.level(15.0).widened(0.0) == Horizon.level(15.0)
+    hills = profile(((0.0, 10.0), (90.0, 20.0), (180.0, 10.0), (270.0, 10.0)))
+    worst = max(
+        math.degrees(hills.widened(by).altitude(azimuth) - hills.altitude(azimuth))
+        for azimuth in np.radians(np.arange(0.0, 360.0, 0.25))
+    )
+    slope = 10.0 / 90.0
+    print(f"a hill of {slope:.2f} is raised by at most {worst:.2f}° for 2°")
+    assert worst < 2.0 + slope * (2.0 / math.cos(math.radians(24.0)) + 2.0)
+    assert math.degrees(Horizon.level(88.0).widened(math.radians(10.0)).altitude(0.0)) < 90.0
+
+
+def test_no_zone_round_the_sun_stays_none_when_limits_are_widened():
+    assert Limits(Horizon.level(0.0)).widened(0.1).sun_avoidance == 0.0
+    assert Limits(Horizon.level(0.0), 3.1).widened(0.1).sun_avoidance == math.pi

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from pointing.errors import TargetError
 from pointing.instant import Instant
-from pointing.offset import OffsetTarget
+from pointing.offset import OffsetTarget, carried, offset_between
 from pointing.site import Site
 from pointing.sky import Sky
-from pointing.targets import FixedHaDec, Star
+from pointing.targets import FixedAltAz, FixedHaDec, Star
 from pointing.vectors import horizon_to_equatorial, hour_angle_declination
 
 ARCSEC = math.pi / 648_000.0
@@ -89,3 +89,37 @@ def test_an_offset_at_the_pole_is_finite_and_as_long_as_asked(declination):
 def test_an_impossible_offset_is_refused(bad):
     with pytest.raises(TargetError, match="possible are 180°"):
         OffsetTarget(FixedHaDec(0.0, 0.0), bad, 0.0)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.floats(-3.1, 3.1), st.floats(-1.57, 1.57), st.floats(0.0, 3.0), st.floats(-math.pi, math.pi))
+def test_how_far_two_places_are_apart_is_the_offset_that_leads_from_one_to_the_other(
+    hour_angle, declination, distance, bearing
+):
+    base, latitude = FixedHaDec(hour_angle, declination), SKY.site.latitude
+    east, north = distance * math.sin(bearing), distance * math.cos(bearing)
+    moved = OffsetTarget(base, east, north).observed(FRAME)
+    assert offset_between(base.observed(FRAME), moved, latitude) == pytest.approx((east, north), abs=1e-14)
+
+
+@pytest.mark.parametrize("declination", [-math.pi / 2, math.pi / 2])
+def test_at_a_pole_the_way_to_a_place_is_that_of_the_offset_as_well(declination):
+    base = FixedHaDec(0.0, declination)
+    moved = OffsetTarget(base, 1e-3, -2e-3).observed(FRAME)
+    assert offset_between(base.observed(FRAME), moved, SKY.site.latitude) == pytest.approx((1e-3, -2e-3), abs=1e-14)
+
+
+def test_a_rotation_carries_its_start_to_its_end_and_leaves_what_is_across_both():
+    start, end, other = (FixedAltAz(a, e).observed(FRAME) for a, e in ((1.0, 0.5), (1.2, 0.45), (1.05, 0.55)))
+    assert carried(start, start, end) == pytest.approx(end, abs=1e-15)
+    assert carried(other, start, start) == pytest.approx(other, abs=1e-15)
+    turned = carried(other, start, end)
+    assert math.dist(turned, end) == pytest.approx(math.dist(other, start), abs=1e-15)
+    axis = _across(start, end)
+    assert sum(a * b for a, b in zip(axis, turned, strict=True)) == pytest.approx(
+        sum(a * b for a, b in zip(axis, other, strict=True)), abs=1e-15
+    )
+
+
+def _across(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -478,7 +478,7 @@ def test_where_the_straight_way_is_barred_another_leads_round():
         if subject.sky.at(Instant.from_posix(time)).sun()[2] > 0.45
         and abs(subject.sky.at(Instant.from_posix(time)).sun()[1]) < 0.05
     )
-    start, how = start_at(subject, 110.0, 20.0, noon), timing()
+    start, how = start_at(subject, 110.0, 20.0, noon), timing(second_speed_deg_s=1.0)
     target = FixedAltAz(math.radians(250.0), math.radians(70.0), "high in the west")
     straight, refused = subject.straight(target, start, how)
     assert straight is None
