@@ -14,11 +14,14 @@ if TYPE_CHECKING:
     from pointing.limits import Horizon, Limits
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
+    from pointing.passes import Pass, passes
     from pointing.plan import Axis, Plan, Start, Timing
     from pointing.planner import Planner
+    from pointing.satellite import Satellite
     from pointing.site import Site, Weather
     from pointing.sky import Sky
     from pointing.targets import FixedAltAz, FixedHaDec, Star
+    from pointing.tle import read_tle
 
 _HOME = {
     "Axis": "pointing.plan",
@@ -31,9 +34,11 @@ _HOME = {
     "Mount": "pointing.mount",
     "MountType": "pointing.mount",
     "OffsetTarget": "pointing.offset",
+    "Pass": "pointing.passes",
     "Plan": "pointing.plan",
     "Planner": "pointing.planner",
     "PointingError": "pointing.errors",
+    "Satellite": "pointing.satellite",
     "Site": "pointing.site",
     "Sky": "pointing.sky",
     "Star": "pointing.targets",
@@ -43,6 +48,8 @@ _HOME = {
     "Unreachable": "pointing.errors",
     "Weather": "pointing.site",
     "find": "pointing.catalogue",
+    "passes": "pointing.passes",
+    "read_tle": "pointing.tle",
 }
 
 __all__ = [
@@ -56,9 +63,11 @@ __all__ = [
     "Mount",
     "MountType",
     "OffsetTarget",
+    "Pass",
     "Plan",
     "Planner",
     "PointingError",
+    "Satellite",
     "Site",
     "Sky",
     "Star",
@@ -68,6 +77,8 @@ __all__ = [
     "Unreachable",
     "Weather",
     "find",
+    "passes",
+    "read_tle",
 ]
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import InitVar, dataclass
 from datetime import date
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -110,7 +111,7 @@ class Tle:
         """The catalogue number as it is written, without leading zeros."""
         return self.line1[2:7].strip().lstrip("0") or "0"
 
-    @property
+    @cached_property
     def epoch(self) -> Instant:
         """The moment that the elements are of; years from 57 on are of the twentieth century."""
         year = int(self.line1[18:20])

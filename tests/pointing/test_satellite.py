@@ -255,7 +255,7 @@ def test_it_never_leaves_sooner_than_said():
                 frame = sky.at(EPOCH.plus(rng.uniform(-2.0, 2.0) * DAY))
                 angle = rng.uniform(0.01, 1.0)
                 begin = np.array(target.observed(frame))
-                seconds = target.steady(frame, angle)
+                seconds = target.steady(frame)(angle)
                 least = min(least, seconds / angle)
                 for k in range(1, 9):
                     later = target.observed(sky.at(frame.instant.plus(seconds * k / 8)))
