@@ -50,7 +50,7 @@ def plan_from(
     ConfigurationError
         The site of a real telescope is left to its unit, which is not asked.
     """
-    planner, around, left = _without_a_drive(configuration, time)
+    planner, around, left = without_a_drive(configuration, time)
     plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
@@ -65,12 +65,18 @@ def rates_at(configuration: Configuration, target: "TargetLike", time: float) ->
     TargetError, ConfigurationError
         As for `plan_from`.
     """
-    planner, _, _ = _without_a_drive(configuration, time)
+    planner, _, _ = without_a_drive(configuration, time)
     return rates_of(planner, resolve(target, planner, time), time)
 
 
-def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
-    """Return what plans under the present air, and the keys that nobody has given and no unit was asked for."""
+def without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
+    """Return what plans under the present air, and the keys that nobody has given and no unit was asked for.
+
+    Raises
+    ------
+    ConfigurationError
+        As for `plan_from`.
+    """
     left = () if configuration.simulated else configuration.left_to_the_unit()
     if "site.latitude_deg" in left or "site.longitude_deg" in left:
         text = "[site] latitude_deg and longitude_deg: give both, no unit is asked for them here"
