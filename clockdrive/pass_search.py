@@ -82,6 +82,7 @@ def search(
             if len(wanted) == 1:
                 raise
             without.append(str(error))
+        told(1.0)
     earth = planner.sky.at(Instant.from_posix(until)).earth_orientation.note
     return Answer(
         {
@@ -112,9 +113,9 @@ def _is_file(path: Path) -> bool:
 
 def _shared(
     progress: Callable[[float, str], object] | None, done: int, count: int, name: str
-) -> Callable[[float], object] | None:
+) -> Callable[[float], object]:
     """Report one search as its part of all."""
-    return None if progress is None else lambda fraction: progress((done + fraction) / count, name)
+    return lambda fraction: progress((done + fraction) / count, name) if progress else None
 
 
 def _row(found: Pass, planner: Planner) -> dict[str, Any]:

@@ -54,12 +54,12 @@ def search_bar(*, quiet: bool) -> Iterator[Callable[[float, str], object]]:
     from rich.console import Console  # noqa: PLC0415 - only what takes its time needs it
     from rich.progress import Progress  # noqa: PLC0415 - likewise
 
-    bar = Progress(console=Console(file=sys.stderr), transient=True)
+    bar = Progress(console=Console(file=sys.stderr))
     task = bar.add_task("searching", total=1.0)
 
     def show(fraction: float, name: str) -> None:
         bar.start()  # with the first search: what is refused shows no bar
-        bar.update(task, completed=fraction, description=name)
+        bar.update(task, completed=fraction, description=f"searching {name}")
 
     try:
         yield show
