@@ -12,11 +12,11 @@ from clockdrive.errors import InputError
 from clockdrive.planning import resolve, without_a_drive
 from pointing.errors import TargetError
 from pointing.instant import Instant
-from pointing.passes import Pass, Sighting, never, passes
 from pointing.planner import Planner
 from pointing.satellite import Satellite
 from pointing.targets import Target
 from pointing.tle import Tle, read_tle
+from pointing.visibility import Pass, Sighting, never, passes
 
 _MOST_HOURS = 24.0 * 366.0
 _FILES = frozenset({".tle", ".2le", ".3le", ".txt"})

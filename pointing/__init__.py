@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from pointing.limits import Horizon, Limits
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
-    from pointing.passes import Pass, passes
     from pointing.plan import Axis, Plan, Start, Timing
     from pointing.planner import Planner
     from pointing.satellite import Satellite
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from pointing.sky import Sky
     from pointing.targets import FixedAltAz, FixedHaDec, Star
     from pointing.tle import read_tle
+    from pointing.visibility import Pass, passes
 
 _HOME = {
     "Axis": "pointing.plan",
@@ -34,7 +34,7 @@ _HOME = {
     "Mount": "pointing.mount",
     "MountType": "pointing.mount",
     "OffsetTarget": "pointing.offset",
-    "Pass": "pointing.passes",
+    "Pass": "pointing.visibility",
     "Plan": "pointing.plan",
     "Planner": "pointing.planner",
     "PointingError": "pointing.errors",
@@ -48,7 +48,7 @@ _HOME = {
     "Unreachable": "pointing.errors",
     "Weather": "pointing.site",
     "find": "pointing.catalogue",
-    "passes": "pointing.passes",
+    "passes": "pointing.visibility",
     "read_tle": "pointing.tle",
 }
 

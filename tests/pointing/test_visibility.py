@@ -10,25 +10,32 @@ from planning_bench import planner
 from satellites import EPOCH_UTC, NO_DRAG, ORBITS, catalogue, lines
 from skyfield.api import EarthSatellite, Loader, wgs84
 
+import pointing
 from pointing.catalogue import find
 from pointing.earth_orientation import earth_orientation
 from pointing.errors import PointingError, TargetError
 from pointing.instant import DAY, Instant
 from pointing.limits import Horizon
 from pointing.mount import POSTURES, MountType
-from pointing.passes import never, passes
 from pointing.satellite import Satellite
 from pointing.site import Site, Weather
 from pointing.sky import Sky
 from pointing.targets import FixedAltAz, Star
 from pointing.tle import Tle, read_tle
 from pointing.vectors import from_azimuth_altitude
+from pointing.visibility import never, passes
 
 START = Instant.from_utc_iso(EPOCH_UTC).posix()
 EVERYWHERE = ((-360.0, 360.0), (-90.0, 90.0))
 RUGGED = Horizon(
     tuple((math.radians(a), math.radians(h)) for a, h in ((0, 5), (60, 30), (90, 8), (200, 22), (300, 5)))
 )
+
+
+def test_the_package_gives_the_search_itself():
+    assert pointing.passes is passes
+    assert pointing.Satellite is Satellite
+    assert pointing.read_tle is read_tle
 
 
 def satellite(name):
