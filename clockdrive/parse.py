@@ -19,7 +19,9 @@ from pointing.targets import FixedAltAz, FixedHaDec, Star, Target
 
 MAX_DURATION_S = 366 * 86400.0
 _SHOWN = 60
-_FORMS = "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, or best"
+_FORMS = (
+    "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, tle:FILE#NAME, or best"
+)
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _PAIR = re.compile(rf"\s*({_NUMBER})\s*,\s*({_NUMBER})\s*", re.ASCII)
 _PREFIXED = re.compile(r"\s*([A-Za-z]+)\s*:(.*)", re.ASCII | re.DOTALL)
@@ -87,9 +89,8 @@ def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | 
         raise TargetError(f"no target: {_FORMS}")
     if text.casefold() == "best":
         return Best()
-    prefixed = _PREFIXED.fullmatch(text)
-    if prefixed and prefixed[1].lower() in _PREFIXES:
-        return _PREFIXES[prefixed[1].lower()](text, prefixed[2])
+    if prefix(text):
+        return _PREFIXES[prefix(text)](text, text.partition(":")[2])
     pair = _PAIR.fullmatch(text)
     if pair:
         ra = _within("right ascension", float(pair[1]), 0.0, 360.0)
@@ -116,6 +117,21 @@ def place(text: str) -> Star:
             "in degrees or 05:34:31.9 +22:00:52"
         )
     return found
+
+
+def prefix(text: str) -> str:
+    """What a target begins with, in small letters, if that says what it is: altaz, tle and so on; else nothing."""
+    prefixed = _PREFIXED.fullmatch(text)
+    return prefixed[1].lower() if prefixed and prefixed[1].lower() in _PREFIXES else ""
+
+
+def anchored(text: str, folder: Path) -> str:
+    """A target whose file, if it is of one, is named from the root: another process may stand in another folder."""
+    kind = prefix(text)
+    if kind not in _OF_FILES:
+        return text
+    file, mark, wanted = text.partition(":")[2].strip().partition("#")
+    return f"{kind}:{folder / file.strip()}{mark}{wanted}" if file.strip() else text
 
 
 def _sexagesimal(text: str) -> Star:
@@ -178,6 +194,15 @@ def _fixed(
     return parse
 
 
+def _satellite(text: str, rest: str) -> Target:
+    from pointing.satellite import Satellite  # noqa: PLC0415 - only its users pay
+
+    file, _, wanted = rest.strip().partition("#")
+    if not file.strip():
+        raise TargetError(f"{_short(text)}: write tle:FILE#NAME, or tle:FILE for a file with one satellite")
+    return Satellite.read(Path(file.strip()), wanted)
+
+
 def _absent(what: str) -> Callable[[str, str], Target]:
     def refuse(text: str, _rest: str) -> Target:
         raise TargetError(f"{_short(text)}: this version does not point at {what}; {_FORMS}")
@@ -185,10 +210,11 @@ def _absent(what: str) -> Callable[[str, str], Target]:
     return refuse
 
 
+_OF_FILES = frozenset({"tle", "mpc", "ephem"})
 _PREFIXES: dict[str, Callable[[str, str], Target]] = {
     "altaz": _fixed("altaz", FixedAltAz, "azimuth", "altitude"),
     "hadec": _fixed("hadec", FixedHaDec, "hour angle", "declination"),
-    "tle": _absent("satellites"),
+    "tle": _satellite,
     "mpc": _absent("minor planets and comets"),
     "ephem": _absent("places of an ephemeris table"),
 }

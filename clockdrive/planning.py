@@ -59,7 +59,7 @@ def plan_from(
     Refused
         There is no such instrument; by default it is `main`, or the first.
     """
-    instruments, around, left = _without_a_drive(configuration, time, instrument)
+    instruments, around, left = without_a_drive(configuration, time, instrument)
     planner = instruments.planner
     resolved = resolve(target, planner, time, sources_of(configuration))
     found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
@@ -122,15 +122,20 @@ def rates_at(
     TargetError, ConfigurationError, Refused
         As for `plan_from`.
     """
-    instruments = _without_a_drive(configuration, time, instrument)[0]
-    planner = instruments.planner
+    planner = without_a_drive(configuration, time, instrument)[0].planner
     return rates_of(planner, resolve(target, planner, time, sources_of(configuration)), time)
 
 
-def _without_a_drive(
-    configuration: Configuration, time: float, instrument: str | None
+def without_a_drive(
+    configuration: Configuration, time: float, instrument: str | None = None
 ) -> tuple[Instruments, Surroundings, tuple[str, ...]]:
-    """Return what plans under the present air, and the keys that nobody has given and no unit was asked for."""
+    """Return what plans under the present air, and the keys that nobody has given and no unit was asked for.
+
+    Raises
+    ------
+    ConfigurationError, Refused
+        As for `plan_from`.
+    """
     left = () if configuration.simulated else configuration.left_to_the_unit()
     if "site.latitude_deg" in left or "site.longitude_deg" in left:
         text = "[site] latitude_deg and longitude_deg: give both, no unit is asked for them here"

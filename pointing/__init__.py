@@ -16,10 +16,13 @@ if TYPE_CHECKING:
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
     from pointing.planner import Planner
+    from pointing.satellite import Satellite
     from pointing.site import Site, Weather
     from pointing.sky import Sky
     from pointing.solar_system import SolarSystemBody
     from pointing.targets import FixedAltAz, FixedHaDec, Star
+    from pointing.tle import read_tle
+    from pointing.visibility import Pass, passes
 
 _HOME = {
     "Axis": "pointing.plan",
@@ -32,9 +35,11 @@ _HOME = {
     "Mount": "pointing.mount",
     "MountType": "pointing.mount",
     "OffsetTarget": "pointing.offset",
+    "Pass": "pointing.visibility",
     "Plan": "pointing.plan",
     "Planner": "pointing.planner",
     "PointingError": "pointing.errors",
+    "Satellite": "pointing.satellite",
     "Site": "pointing.site",
     "Sky": "pointing.sky",
     "SolarSystemBody": "pointing.solar_system",
@@ -45,6 +50,8 @@ _HOME = {
     "Unreachable": "pointing.errors",
     "Weather": "pointing.site",
     "find": "pointing.catalogue",
+    "passes": "pointing.visibility",
+    "read_tle": "pointing.tle",
 }
 
 __all__ = [
@@ -58,9 +65,11 @@ __all__ = [
     "Mount",
     "MountType",
     "OffsetTarget",
+    "Pass",
     "Plan",
     "Planner",
     "PointingError",
+    "Satellite",
     "Site",
     "Sky",
     "SolarSystemBody",
@@ -71,6 +80,8 @@ __all__ = [
     "Unreachable",
     "Weather",
     "find",
+    "passes",
+    "read_tle",
 ]
 
 

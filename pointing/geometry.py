@@ -106,6 +106,18 @@ class Geometry:
             )
         return False
 
+    def reach(self, observed: Vector) -> float:
+        """How far, radians, a direction is at least from the edge of what the axes reach; negative when outside.
+
+        A limit of axis 1 is half a great circle through its pole, one of axis 2 a circle round it.
+        """
+        return max(self._reach(*self.mount.axes(observed, posture)) for posture in POSTURES)
+
+    def _reach(self, angle1: float, angle2: float) -> float:
+        across, along = _spare(self.free[0], angle1), _spare(self.free[1], angle2)
+        turned = math.sin(min(abs(across), math.pi / 2.0)) * abs(math.cos(angle2))
+        return min(math.copysign(math.asin(turned), across) if math.isfinite(across) else math.inf, along)
+
     def windings(self, angles: tuple[float, float], slack: tuple[float, float]) -> Iterator[tuple[float, float]]:
         """Every pair of axis angles within the limits, widened by `slack`, that is the same direction as `angles`."""
         for wound1 in self.free[0].windings(angles[0], slack[0]):
@@ -149,6 +161,14 @@ class Geometry:
             sun_check(self.limits, self.sun(frame), observed, "now"),
             *self.axis_checks(min(misses)[1]),
         )
+
+
+def _spare(axis: Axis, angle: float) -> float:
+    """By how much an angle, wound as is best, is within the travel of an axis; infinite for more than a turn."""
+    travel = axis.maximum - axis.minimum
+    if travel >= math.tau:
+        return math.inf
+    return travel / 2.0 - abs(math.remainder(angle - (axis.minimum + axis.maximum) / 2.0, math.tau))
 
 
 def _within(name: str, what: str, angle: float, low: float, high: float) -> Check:

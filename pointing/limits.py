@@ -155,6 +155,16 @@ class Horizon:
         inside = (top for place, top in self.altitudes if abs(math.remainder(place - azimuth, math.tau)) <= span)
         return max(*ends, *inside)
 
+    def distance(self, observed: Vector) -> float:
+        """How far, radians, it is at least from a direction to the line of the horizon, from either side."""
+        here = self.margin(observed)
+        if here >= 0.0 or len(self.altitudes) == 1:
+            return abs(self.room(observed))
+        x, y, z = observed
+        rho = math.hypot(x, y)
+        below_all = min(altitude for _, altitude in self.altitudes) - math.atan2(z, rho)
+        return max(below_all, min(-here / (1.0 + 2.0 * self._slope / max(rho, 1e-9)), rho / 2.0))  # as in `room`
+
     def _steepest(self) -> float:
         points = self.altitudes
         slopes = [0.0]

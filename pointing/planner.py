@@ -22,10 +22,9 @@ from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
+from pointing.visibility import passes
 from pointing.way_round import way_round
 
-_SEARCH_STEP = 120.0  # s; what is allowed for less is of no use, but for satellites
-_FINEST_SEARCH = 4.0  # s; a satellite that is up for less than that is not worth a slew
 _KEPT_S = 7200.0  # for which a way should keep its target
 _KEPT_STEP_S = 900.0
 _ALIKE_S = 2.0  # by which two ways may differ and keep their target equally long
@@ -109,21 +108,14 @@ class Planner(Geometry):
         return plan
 
     def reachable(self, target: Target, after: float) -> float | None:
-        """The first time within a day at which a target stands at an allowed place, to 1 s; None when never.
+        """The first time within a day at which a target stands at an allowed place, to 0.1 s; None when never.
 
         A target that is allowed already has nothing to wait for: None as well.
         """
-        return (
-            None
-            if self.allowed(target, after)
-            else self._first(lambda t: self.allowed(target, t), after, lambda t: self._patience(target, t))
-        )
-
-    def _patience(self, target: Target, time: float) -> float:
-        """Seconds after which it is worth to ask again whether a target is allowed: fewer for a fast one near by."""
-        observed, rate = target.observed_with_rate(self.sky.at(Instant.from_posix(time)))
-        away = abs(self.limits.horizon.margin(observed)) / max(math.hypot(*rate), 1e-9)
-        return min(max(away / 4.0, _FINEST_SEARCH), _SEARCH_STEP)
+        if self.allowed(target, after):
+            return None
+        found = next(passes(self, target, after, after + _SEARCH_SPAN), None)
+        return None if found is None else found.rise.time
 
     def _free_from(self, target: Target, start: Start, timing: Timing) -> float | None:
         """When a refused target stands at an allowed place; if it does already, when the way from here is free."""
@@ -134,18 +126,17 @@ class Planner(Geometry):
         def goes(time: float) -> bool:
             return self.straight(target, Start(time, start.counts), timing)[0] is not None
 
-        return self._first(goes, start.time, lambda _: _WAY_STEP)
+        return self._first(goes, start.time)
 
-    def _first(self, allowed: Callable[[float], bool], after: float, step: Callable[[float], float]) -> float | None:
-        """Return the first time within a day at which something is allowed that is not now, to 1 s."""
-        found = after
-        while found < after + _SEARCH_SPAN:
-            early = found
-            found += step(early)
-            if allowed(found):
+    def _first(self, goes: Callable[[float], bool], after: float) -> float | None:
+        """Return the first time within a day at which there is a way that there is not now, to 1 s."""
+        for k in range(1, int(_SEARCH_SPAN / _WAY_STEP) + 1):
+            found = after + _WAY_STEP * k
+            if goes(found):
+                early = found - _WAY_STEP
                 while found - early > 1.0:
                     middle = (early + found) / 2.0
-                    early, found = (early, middle) if allowed(middle) else (middle, found)
+                    early, found = (early, middle) if goes(middle) else (middle, found)
                 return found
         return None
 

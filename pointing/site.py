@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from astropy.coordinates import EarthLocation
 
 _ZERO_CELSIUS_K = 273.15
+_COLUMN_M_K = 287.053 / 9.80665  # the gas constant of dry air by gravity (ISO 2533)
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,10 @@ class Weather:
             return 0.0, 0.0
         a, b = erfa.refco(self.pressure_hpa, self.temperature_c, self.relative_humidity, self.wavelength_um)
         return float(a), float(b)
+
+    def column_m(self) -> float:
+        """Height of the air, were it as dense throughout as it is here: R T / g, whatever its layers."""
+        return _COLUMN_M_K * (self.temperature_c + _ZERO_CELSIUS_K)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,10 @@ direction through light deflection by the Sun, aberration, precession-nutation, 
 `apco`, `atciqz` and `atioq` are the authority: the same formulas, with Earth and pole from `ephemeris`, and the chain
 of rotations multiplied out once a frame. Astrometric directions are unit vectors of the ICRS axes, observed ones of
 the horizon frame (x south, y east, z zenith). Plain floats throughout: this is the planner's hot path.
+
+What is near the Earth has a place instead, in metres from its centre and in TEME, the axes in which the orbits of
+satellites are given: `from_teme`, `topocentric` and `observe_near` take it to where it is seen. It goes with the
+Earth, so there is no annual aberration.
 """
 
 import math
@@ -12,7 +16,7 @@ import math
 from pointing.earth_orientation import EarthOrientationSource, earth_orientation
 from pointing.ephemeris import ephemeris, pole_rate
 from pointing.instant import DAY, Instant
-from pointing.refraction import refract, refract_with_rate, refraction, unrefract
+from pointing.refraction import lowered, refract, refract_with_rate, refraction, unrefract
 from pointing.site import Site
 from pointing.vectors import Vector
 
@@ -25,6 +29,7 @@ _LIGHT_AU_DAY = 1.0 / (_LIGHT_AU_S * DAY)  # au a day in units of the speed of l
 _SCHWARZSCHILD_AU = 1.97412574336e-8  # of the Sun
 _ROTATION = 1.00273781191135448 * math.tau / DAY  # of the Earth, rad/s
 _ROTATION_DAY = _ROTATION * DAY
+SIDEREAL_ROTATION = 1.00273790935 * math.tau / DAY  # of the Earth against its mean equinox (GMST82), rad/s
 _SUN_GRAVITY = 0.01720209895**2 * _LIGHT_AU_DAY / DAY  # au² × c/s
 _EQUATOR_M, _FLATTENING = 6378137.0, 1.0 / 298.257223563  # WGS84
 _TIO = -47e-6 * math.pi / 648000.0 / 36525.0  # s′ a day, IERS Conventions 2003 (sp00)
@@ -48,6 +53,7 @@ class Sky:
         self.site = site
         self.earth_orientation = earth_orientation
         self.refraction_constants = site.weather.refraction_constants()
+        self.column_m = site.weather.column_m()
         sp, cp = math.sin(site.latitude), math.cos(site.latitude)
         sl, cl = math.sin(site.longitude), math.cos(site.longitude)
         # Rows: south, east and zenith in the axes of the Earth.
@@ -58,6 +64,8 @@ class Sky:
         # The observer from the Earth's centre, au, along south and zenith.
         self.south_au = (sp * equatorial - cp * polar) / AU_M
         self.zenith_au = (cp * equatorial + sp * polar) / AU_M
+        # His speed, to the east, in units of the speed of light.
+        self.east_c = _ROTATION * equatorial / LIGHT_M_S
 
     def at(self, instant: Instant) -> "SkyFrame":
         """Prepare the sky at a moment: what ERFA's `apco` does."""
@@ -221,6 +229,46 @@ class SkyFrame:
             *self.sky.refraction_constants,
         )
 
+    def from_teme(self) -> Matrix:
+        """Rotation from TEME to the horizon frame: Greenwich mean sidereal time, polar motion, the site."""
+        dut1, xp, yp, _ = self.earth_orientation
+        day, seconds = self.instant.utc()
+        angle = _gmst82(day, seconds + dut1)
+        s, c = math.sin(angle), math.cos(angle)
+        m0, m1, m2, m3, m4, m5, m6, m7, m8 = _terrestrial(self.sky.local, xp, yp)
+        return (
+            c * m0 - s * m1, s * m0 + c * m1, m2,
+            c * m3 - s * m4, s * m3 + c * m4, m5,
+            c * m6 - s * m7, s * m6 + c * m7, m8,
+        )  # fmt: skip
+
+    def topocentric(self, place: Vector) -> Vector:
+        """Metres from the observer of a place in metres from the Earth's centre, both in the horizon frame."""
+        x, y, z = place
+        return x - self.sky.south_au * AU_M, y, z - self.sky.zenith_au * AU_M
+
+    def observe_near(self, place: Vector, velocity: Vector) -> tuple[Vector, Vector]:
+        """Observed direction and its derivative of what is near the Earth: diurnal aberration and refraction.
+
+        Parameters
+        ----------
+        place, velocity : Vector
+            Metres from the observer, horizon frame: from where the light comes that arrives now, and how that changes
+            per second.
+
+        Returns
+        -------
+        tuple[Vector, Vector]
+            Unit vector in the horizon frame, and its derivative per second.
+        """
+        sky = self.sky
+        a, b = sky.refraction_constants
+        if a or b:
+            place, velocity = lowered(place, velocity, a, b, sky.column_m)
+        (x, y, z), rate = _unit(place, velocity)
+        # The observer's speed is the same all the time; its square is 2e-12.
+        return refract_with_rate(*_unit((x, y + sky.east_c, z), rate), a, b)
+
     def sun(self) -> Vector:
         """Observed direction of the Sun's centre, horizon frame, to 0.001°."""
         x, y, z = self._from_sun
@@ -299,6 +347,23 @@ class SkyFrame:
         dx, dy, dz = dx * n, dy * n, dz * n
         k = px * dx + py * dy + pz * dz
         return (px, py, pz), (dx - k * px, dy - k * py, dz - k * pz)
+
+
+def _gmst82(day: int, ut1: float) -> float:
+    """Greenwich mean sidereal time of 1982, radians, at seconds of UT1 of a day (MJD): ERFA's `gmst82`."""
+    t = (day - _J2000 + ut1 / DAY) / (100.0 * YEAR_DAYS)
+    seconds = 24110.54841 + (8640184.812866 + (0.093104 - 6.2e-6 * t) * t) * t + ut1
+    return math.tau * ((seconds / DAY) % 1.0)
+
+
+def _unit(v: Vector, rate: Vector) -> tuple[Vector, Vector]:
+    """A vector brought to unit length, and the derivative of that."""
+    x, y, z = v
+    dx, dy, dz = rate
+    n = 1.0 / math.sqrt(x * x + y * y + z * z)
+    x, y, z, dx, dy, dz = x * n, y * n, z * n, dx * n, dy * n, dz * n
+    along = x * dx + y * dy + z * dz
+    return (x, y, z), (dx - along * x, dy - along * y, dz - along * z)
 
 
 def _celestial(angle: float, x: float, y: float, z: float) -> Matrix:

@@ -44,6 +44,18 @@ def rates(args: argparse.Namespace) -> None:
     _show(args, answer, display.rates_text)
 
 
+def passes(args: argparse.Namespace) -> None:
+    """Search for passes; nothing is contacted."""
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+    from clockdrive.pass_search import search  # noqa: PLC0415 - likewise
+
+    at = parse.utc(args.at or "now", time.time())
+    configuration = configuration_of(args.config)
+    with display.search_bar(quiet=args.json) as show:
+        answer = search(configuration, _target(args), at, args.hours, args.above, show)
+    _show(args, answer.json, display.passes_text)
+
+
 def goto(args: argparse.Namespace) -> None:
     """Slew, then track: with a live line for a time or until Ctrl-C, or leave the drive tracking."""
     seconds = _seconds(args)
@@ -272,7 +284,9 @@ def _show(args: argparse.Namespace, answer: Mapping[str, Any], text: Callable[[M
 
 
 def _target(args: argparse.Namespace) -> str:
-    return " ".join(args.target)
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    return parse.anchored(" ".join(args.target), Path.cwd())
 
 
 def _seconds(args: argparse.Namespace) -> float | None:
@@ -304,6 +318,7 @@ COMMANDS: dict[str, Command] = {
     "jog": jog,
     "offset": offset,
     "park": go,
+    "passes": passes,
     "plan": plan,
     "rates": rates,
     "report": report,

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -43,6 +43,63 @@ def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
     finally:
         if bar.live.is_started:
             bar.stop()
+
+
+@contextmanager
+def search_bar(*, quiet: bool) -> Iterator[Callable[[float, str], object]]:
+    """A bar on stderr for a search: called with the fraction that is done and what is looked at."""
+    if quiet:
+        yield lambda fraction, name: None  # noqa: ARG005 - nobody looks
+        return
+    from rich.console import Console  # noqa: PLC0415 - only what takes its time needs it
+    from rich.progress import Progress  # noqa: PLC0415 - likewise
+
+    bar = Progress(console=Console(file=sys.stderr))
+    task = bar.add_task("searching", total=1.0)
+
+    def show(fraction: float, name: str) -> None:
+        bar.start()  # with the first search: what is refused shows no bar
+        bar.update(task, completed=fraction, description=f"searching {name}")
+
+    try:
+        yield show
+    finally:
+        if bar.live.is_started:
+            bar.stop()
+
+
+def passes_text(answer: Mapping[str, Any]) -> str:
+    """Passes as a table, and below it what has none and what must be known."""
+    rows = [
+        (
+            each["target"],
+            *(
+                f"{_clock(each[moment])} {each[moment]['azimuth_deg']:4.0f}° {each[moment]['altitude_deg']:3.0f}°"
+                for moment in ("rise", "culmination", "set")
+            ),
+            ", ".join(_CUT[key] for key in _CUT if each[key]),
+        )
+        for each in answer["passes"]
+    ]
+    lines = [f"from {answer['after_utc']} to {answer['until_utc']}: {len(rows)} passes (UTC, azimuth, altitude)"]
+    if rows:
+        head = ("target", "rise", "culmination", "set", "")
+        widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+        lines += ["  ".join(f"{cell:<{widths[i]}}" for i, cell in enumerate(row)).rstrip() for row in (head, *rows)]
+    lines += [f"  {text}" for text in answer["without"]]
+    first = {each["target"]: each["note"] for each in reversed(answer["passes"])}
+    notes = [note for note in reversed(first.values()) if note]
+    more = [f"--json has such a note for all {len(notes)}"] if len(notes) > _NOTES else []
+    lines += [f"  note: {note}" for note in (*notes[:_NOTES], *more, *answer["notes"])]
+    return "\n".join(lines)
+
+
+_NOTES = 3
+_CUT = {"begun": "up already", "unfinished": "still up"}
+
+
+def _clock(moment: Mapping[str, Any]) -> str:
+    return str(moment["utc"])[5:21].replace("T", " ")
 
 
 def plan_text(answer: Mapping[str, Any]) -> str:

@@ -11,7 +11,7 @@ from clockdrive.configuration_keys import DRIVE_KINDS
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
     "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega, Moon, Jupiter), best, "
-    "altaz:AZ,ALT or hadec:H,D (degrees, observed)"
+    "altaz:AZ,ALT or hadec:H,D (degrees, observed), tle:FILE#NAME (a satellite of a TLE file)"
 )
 
 
@@ -49,6 +49,10 @@ def _asking(add_with_target: Adder) -> None:
     rates = add_with_target("rates", "tracking rates of both axes and the drive's registers")
     rates.add_argument("--at", metavar="UTC", help="for which moment (default now)")
     rates.add_argument("--instrument", metavar="NAME", help="on which pointing origin (default main)")
+    passes = add_with_target("passes", "when a target, or each satellite of a TLE file, can be observed")
+    passes.add_argument("--hours", type=float, default=24.0, help="for how long to search (default 24)")
+    passes.add_argument("--at", metavar="UTC", help="from when on (default now)")
+    passes.add_argument("--above", type=float, metavar="DEG", help="an altitude to exceed besides the limits")
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:

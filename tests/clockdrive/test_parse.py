@@ -7,10 +7,12 @@ from datetime import UTC, datetime
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from satellites import ORBITS
 
 from clockdrive import parse
 from clockdrive.errors import InputError
 from pointing.errors import TargetError
+from pointing.satellite import Satellite
 from pointing.targets import FixedAltAz, FixedHaDec, Star
 
 CRAB = (5 * 3600 + 34 * 60 + 31.9) / 240.0, 22 + 52 / 3600.0
@@ -112,7 +114,10 @@ def test_names_are_looked_up_and_best_stays_symbolic():
         ("altaz:10", "write altaz:AZIMUTH,ALTITUDE in degrees"),
         ("altaz:10,95", "altitude 95°: allowed are −90 to 90°"),
         ("hadec:400,10", "hour angle 400°: allowed are −360 to 360°"),
-        ("tle:file.txt#ISS", "does not point at satellites"),
+        ("tle:none.txt#ISS", "TLE file none.txt: there is no such file"),
+        ("tle:", "write tle:FILE#NAME"),
+        ("tle:#ISS", "write tle:FILE#NAME"),
+        ("tle:" + "x" * 5000, "cannot be read"),
         ("mpc:f#Ceres", "does not point at minor planets"),
         ("ephem:f.ecsv", "does not point at places of an ephemeris"),
         ("Ganymede", "Sun, Moon and planets by name"),
@@ -139,9 +144,46 @@ def test_what_is_no_target_is_told_with_value_and_bound(words, said):
 @example("9" * 400 + ",1")
 @example("\0")
 @example("\ud800")
+@example("tle:\0")
+@example("tle:\ud800#x")
 def test_any_text_is_a_target_or_a_target_error(words):
     with contextlib.suppress(TargetError):
         assert parse.target(words).name
+
+
+class TestSatellites:
+    """`tle:FILE#NAME`."""
+
+    @pytest.fixture
+    def file(self, tmp_path):
+        path = tmp_path / "some sats.tle"
+        path.write_text("".join(f"{name}\n{one}\n{two}\n" for name, (one, two) in ORBITS.items()), encoding="utf-8")
+        return path
+
+    @pytest.mark.parametrize("words", ["#GPS", " # gps ", "#36585"])
+    def test_one_of_a_file_by_name_or_number(self, file, words):
+        found = parse.target(f"tle:{file}{words}")
+        assert isinstance(found, Satellite)
+        assert found.name == "GPS"
+
+    def test_a_path_is_relative_to_where_it_is_typed(self, file, monkeypatch):
+        monkeypatch.chdir(file.parent)
+        assert parse.target(["TLE:some", "sats.tle#400", "km"]).name == "400 km"
+        anchored = parse.anchored("tle:some sats.tle#GPS", file.parent)
+        monkeypatch.chdir(file.parent.parent)
+        assert parse.target(anchored).name == "GPS"
+        with pytest.raises(TargetError, match="no such file"):
+            parse.target("tle:some sats.tle#GPS")
+
+    def test_only_files_are_anchored(self, file):
+        for text in ("M1", "altaz:1,2", "05:34:31.9 +22:00:52", "tle:", f"tle:{file}#x"):
+            assert parse.anchored(text, file.parent) == text
+
+    def test_a_file_with_several_needs_a_name_and_one_with_one_does_not(self, file):
+        with pytest.raises(TargetError, match="has 5 satellites: add #NAME"):
+            parse.target(f"tle:{file}")
+        file.write_text("\n".join(ORBITS["GPS"]), encoding="utf-8")
+        assert parse.target(f"tle:{file}").name == "36585"
 
 
 def test_a_declination_below_zero_is_never_an_option():
