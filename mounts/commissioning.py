@@ -15,6 +15,10 @@ Steps = Generator[float, None, T]  # yields the seconds after which it wants to 
 Verdict = Literal["confirmed", "refuted", "measured", "untested"]
 
 
+def _always(_bench: Any) -> bool:  # noqa: ANN401 - any bench
+    return True
+
+
 def judged(right: bool) -> Verdict:
     """The verdict on what was assumed or configured."""
     return "confirmed" if right else "refuted"
@@ -118,6 +122,10 @@ class Bench(Protocol):
         """Encoder turns for one count of axis 0 or 1, with sign, and the relative uncertainty, once measured."""
         ...
 
+    def position_error_deg(self, axis: int) -> float | None:
+        """How far the sky was seen from the position, degrees of axis 0 or 1; None where nobody saw it."""
+        ...
+
 
 @dataclass(frozen=True)
 class Step:
@@ -139,6 +147,10 @@ class Step:
         Steps that must come before.
     allows_motion : bool
         Whether nothing may be moved once it has refuted something.
+    together : bool
+        Whether it moves both axes at once; otherwise it needs room to the sides of each alone.
+    applies : callable
+        Whether there is anything to find out here; asked of the bench when its turn comes.
     """
 
     name: str
@@ -148,6 +160,8 @@ class Step:
     bound_deg: float = 0.0
     needs: tuple[str, ...] = ()
     allows_motion: bool = False
+    together: bool = True
+    applies: Callable[[Any], bool] = _always
 
     @property
     def moves(self) -> bool:

@@ -90,6 +90,7 @@ class CommissioningBench:
         """True over configured size of a move, above 1, once it is known; moves are made so much smaller."""
         self.encoder_words: tuple[set[int], set[int]] = (set(), set())
         self.encoder_senses: list[tuple[float, float] | None] = [None, None]
+        self.position_errors_deg: tuple[float | None, float | None] = (None, None)
         self._step: Step | None = None
         self._origin = (0.0, 0.0)
         self.moved = False
@@ -124,6 +125,10 @@ class CommissioningBench:
         """Encoder turns for one count, with sign, and the relative uncertainty, once measured."""
         return self.encoder_senses[axis]
 
+    def position_error_deg(self, axis: int) -> float | None:
+        """How far the sky was seen from the position, degrees of axis 0 or 1; None where nobody saw it."""
+        return self.position_errors_deg[axis]
+
     # Beginning -------------------------------------------------------------------------------------------------
 
     def begin(self, step: Step) -> None:
@@ -147,11 +152,15 @@ class CommissioningBench:
                 "horizon and Sun could not be kept. A rough `sync` on a bright star is enough"
             )
         self._origin = self.session.planner.angles(self.session.start().counts)
-        self._require_room(math.radians(step.bound_deg), f"`{step.name}` needs {step.bound_deg:g}° to all sides")
+        self._require_room(step)
 
-    def _require_room(self, bound: float, needs: str) -> None:
+    def _require_room(self, step: Step) -> None:
+        """Plan to all corners of the step's bound; where one axis moves at a time, to the ends of each alone."""
         start, timing = self.session.start(), self.session.timing()
+        bound, needs = math.radians(step.bound_deg), f"`{step.name}` needs {step.bound_deg:g}° to all sides"
         for signs in product((-1.0, 0.0, 1.0), repeat=2):
+            if all(signs) and not step.together:
+                continue
             angles = self._origin[0] + signs[0] * bound, self._origin[1] + signs[1] * bound
             try:
                 self.session.planner.plan_axes("its bound", angles, start, timing)
@@ -303,26 +312,31 @@ class CommissioningBench:
         WitnessError
             The witness fails, or contradicts the position by more than can be.
         """
+        seen = self.glance()
+        if self.witness is None:
+            return seen
+        sighting = yield from self.witness.look()
+        return replace(seen, sky_deg=self._axis_angles(sighting, seen.counts), sigma_arcsec=sighting.sigma_arcsec)
+
+    def glance(self) -> Seen:
+        """See where the axes are by position and encoders alone; the telescope rests."""
         reading = self.session.synchronised()
         encoders = self.encoders()
         for words, encoder in zip(self.encoder_words, encoders, strict=True):
             if encoder is not None:
                 words.add(encoder.word)
-        if self.witness is None:
-            return Seen(_counts(reading), None, 0.0, encoders)
-        sighting = yield from self.witness.look()
-        return Seen(_counts(reading), self._axis_angles(sighting, reading), sighting.sigma_arcsec, encoders)
+        return Seen(_counts(reading), None, 0.0, encoders)
 
-    def _axis_angles(self, sighting: Sighting, reading: Reading) -> tuple[float, float]:
+    def _axis_angles(self, sighting: Sighting, counts: tuple[float, float]) -> tuple[float, float]:
         planner = self.session.planner
-        here = planner.observed(_counts(reading))
+        here = planner.observed(counts)
         apart = separation(here, sighting.observed)
         if not apart <= _FAR_OFF:
             raise WitnessError(
                 f"the witness sees the telescope {math.degrees(apart):.1f}° from its position, at most "
                 f"{math.degrees(_FAR_OFF):g}° can be explained; check time, site and image, or `sync` on what it sees"
             )
-        believed = planner.angles(_counts(reading))
+        believed = planner.angles(counts)
         one, two = planner.mount.axes(sighting.observed, planner.mount.posture(believed[1]))
         return tuple(  # type: ignore[return-value]  # two axes
             math.degrees(near + math.remainder(angle - near, math.tau))

@@ -6,11 +6,20 @@ uncertainty are differences; nothing else is written anywhere.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from clockdrive.commission.bench import CommissioningBench, Seen
+from clockdrive.commission.encoders import (
+    LONG_WAY,
+    bits_finding,
+    encoder_line,
+    keep_sense,
+    ratio_finding,
+    sense_findings,
+)
 from clockdrive.commission.gears import SIGNIFICANCE, Line, Point, candidates, fitted, measured_gear
 from clockdrive.control import Steps
-from mounts.commissioning import Encoder, Finding, Step, judged
+from mounts.commissioning import Finding, Step, judged
 from mounts.drive import Reading
 
 _SENSE_DEG = (0.1, 0.4)  # play is taken up on the way to the first
@@ -21,8 +30,6 @@ _TAKE_UP_DEG = 0.15
 _LOOKS = 4  # in each direction
 _MECHANICS_ARCSEC = 3.0  # of an axis that returns to the same phase of its worm
 _ALIGNMENT = math.radians(10.0 / 60.0)  # within which the first axis lies where the configuration says
-_ENCODER_BITS_SEEN = 8  # different readings, after which bits that never change are not there
-_READ_OFF = 0.4  # of an encoder's step: standard deviation of a reading
 _MOST_UNSURE = 0.05  # relative uncertainty of gears that is no answer any more
 _STOP_AFTER_S = 0.8
 _SPEED_REACH_DEG = 30.0
@@ -57,10 +64,20 @@ def _sense(bench: CommissioningBench) -> Steps[list[Finding]]:
         if k == 1:
             _scale(bench, looks)
     yield from bench.move((0.0, 0.0))
+    bench.position_errors_deg = _position_errors(bench, looks[0])
     findings = []
     for i in (0, 1):
         findings += _axis_sense(bench, i, looks[1], looks[2])
     return findings
+
+
+def _position_errors(bench: CommissioningBench, seen: Seen) -> tuple[float | None, float | None]:
+    """How far from its position each axis is seen where the step began, before any motion went astray."""
+    if seen.sky_deg is None:
+        return None, None
+    believed = bench.session.planner.angles(seen.counts)
+    one, two = (abs(sky - math.degrees(angle)) for sky, angle in zip(seen.sky_deg, believed, strict=True))
+    return one, two
 
 
 def _scale(bench: CommissioningBench, looks: Sequence[Seen]) -> None:
@@ -104,29 +121,7 @@ def _axis_sense(bench: CommissioningBench, i: int, first: Seen, second: Seen) ->
             right = sky * commanded > 0.0
             findings.append(Finding(subject, judged(right), said, key, configured, configured == right))
         bench.scales[i] = max(1.0, abs(sky / commanded))
-    return findings + _encoder_sense(bench, i, first, second, encoder)
-
-
-def _encoder_sense(
-    bench: CommissioningBench, i: int, first: Seen, second: Seen, turned: float | None
-) -> list[Finding]:
-    subject, key = f"axis{i + 1} encoder sense", f"axis{i + 1}.encoder_reversed"
-    configured = bool(bench.configured(key))
-    if turned is None:
-        if not bench.configured(f"axis{i + 1}.encoder_bits"):
-            return []
-        return [
-            Finding(subject, "untested", "the unit detects no encoder; check its plug, or set encoder_bits = 0", key)
-        ]
-    counts = second.counts[i] - first.counts[i]
-    commanded = counts / bench.counts_per_deg(i)
-    said = f"{counts:+.0f} counts turn the encoder by {turned:+.3f}°"
-    if abs(turned) < abs(commanded) / 5.0:
-        return [Finding(subject, "untested", f"{said}: hardly at all; check its coupling", key, configured)]
-    if bench.witness is None:
-        bench.scales[i] = max(1.0, abs(turned / commanded))
-    found = turned * commanded < 0.0
-    return [Finding(subject, judged(found == configured), said, key, configured, found)]
+    return findings + sense_findings(bench, i, first, second, encoder)
 
 
 def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
@@ -148,16 +143,17 @@ def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
 
 
 def _gear_findings(bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen]]) -> list[Finding]:
-    sky, encoder = _sky_line(bench, i, looks), _encoder_line(bench, i, looks)
+    sky, encoder = _sky_line(bench, i, looks), encoder_line(bench, i, looks)
     findings = []
     if encoder is not None:
         line, bits = encoder
-        best = min((each for each in (line, sky) if each is not None), key=lambda each: each.sigma)
-        turned = math.copysign(best.slope, line.slope)
-        bench.encoder_senses[i] = turned / 360.0 / bench.counts_per_deg(i), SIGNIFICANCE * best.sigma / abs(turned)
-        findings.append(_bits_finding(bench, i, bits, looks))
+        bench.encoder_senses[i] = None
+        keep_sense(bench, i, line)
         if sky is not None:
-            ratio = _encoder_ratio(i, line, sky)
+            keep_sense(bench, i, replace(sky, slope=math.copysign(sky.slope, line.slope)))
+        findings.append(bits_finding(bench, i, bits, looks))
+        if sky is not None:
+            ratio = ratio_finding(i, line, sky)
             if ratio.verdict == "refuted":
                 bench.encoder_senses[i] = None
             findings.append(ratio)
@@ -189,52 +185,6 @@ def _sky_line(bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen
 def _cosine(seen: Seen, i: int) -> float:
     """How much of a turn of axis `i` shows on the sky."""
     return 1.0 if i or seen.sky_deg is None else abs(math.cos(math.radians(seen.sky_deg[1])))
-
-
-def _encoder_line(
-    bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen]]
-) -> tuple[Line, int | None] | None:
-    """What the encoder says of axis `i`, and how many bits it has, None when too few readings tell."""
-    bits = _bits(bench.encoder_words[i])
-    points = []
-    near = None
-    for direction, seen in looks:
-        encoder = seen.encoders[i]
-        if encoder is None:
-            return None
-        angle = 360.0 * _turns(encoder, bits or 16)
-        near = angle if near is None else near + math.remainder(angle - near, 360.0)
-        points.append(Point(seen.counts[i] / bench.counts_per_deg(i), near, direction))
-    line = fitted(points, _READ_OFF * 360.0 / 2 ** (bits or 16))
-    return (line, bits) if line.slope else None
-
-
-def _bits(words: set[int]) -> int | None:
-    """Bits of an encoder by its readings: of 14 the lowest two of the Gray code are never set."""
-    if len(words) < _ENCODER_BITS_SEEN:
-        return None
-    return 14 if not any((word ^ word >> 1) & 3 for word in words) else 16
-
-
-def _turns(encoder: Encoder, bits: int) -> float:
-    return float(encoder.word >> (16 - bits)) / (1 << bits)
-
-
-def _bits_finding(bench: CommissioningBench, i: int, bits: int | None, looks: Sequence[tuple[int, Seen]]) -> Finding:
-    subject, key = f"axis{i + 1} encoder bits", f"axis{i + 1}.encoder_bits"
-    configured = bench.configured(key)
-    if bits is None:
-        return Finding(subject, "untested", f"{len(looks)} looks showed too few different readings", key, configured)
-    detail = f"its readings have {bits} bits, the configuration says {configured}"
-    return Finding(subject, judged(bits == configured), detail, key, configured, bits)
-
-
-def _encoder_ratio(i: int, encoder: Line, sky: Line) -> Finding:
-    ratio = abs(encoder.slope / sky.slope)
-    sigma = math.hypot(encoder.sigma / encoder.slope, sky.sigma / sky.slope) if encoder.slope else math.inf
-    detail = f"the encoder turns {ratio:.4f} ± {sigma:.4f} times as far as the axis; it is taken as 1:1"
-    right = abs(ratio - 1.0) <= SIGNIFICANCE * sigma
-    return Finding(f"axis{i + 1} encoder ratio", judged(right), detail)
 
 
 def _gear_finding(bench: CommissioningBench, i: int, line: Line, by: str) -> Finding:
@@ -342,12 +292,15 @@ def _speed_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading
 FIRST = (
     Step("sense", "which way axes and encoders turn", _sense, _SENSE_DEG[1], 2.0 * _SENSE_DEG[1]),
     Step("gearing", "gears, play, and the encoders' ratio and bits", _gearing, _GEARING_REACH_DEG,
-         1.25 * _GEARING_REACH_DEG, needs=("sense",)),
+         1.25 * _GEARING_REACH_DEG, needs=("sense",), together=False),
+    LONG_WAY,
     Step("stop", "how soon the axes stop", _stop, 4.0, 5.0, needs=("sense",)),
 )  # fmt: skip
 """Steps that come before those of the drive that need motion."""
 
 LAST = (
-    Step("speed", "true top speed", _speed, _SPEED_REACH_DEG, 1.25 * _SPEED_REACH_DEG, needs=("sense",)),
+    Step(
+        "speed", "true top speed", _speed, _SPEED_REACH_DEG, 1.25 * _SPEED_REACH_DEG, needs=("sense",), together=False
+    ),
     Step("link", "how long an exchange and a start take", _link),
 )

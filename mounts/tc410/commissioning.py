@@ -20,9 +20,11 @@ _SPEED_DEG_S = 0.2  # asked of the maximum speed register, and reached within ha
 _CRUISE_S = (0.6, 3.5)  # since the start, between which the speed is measured
 _SPEED_REACH_DEG = 1.0
 _SPEED_TOLERANCE = 0.1
-_ZERO_TOLERANCE = 2.0 / 360.0  # turns: a synchronisation may be off by so much
+_UNSEEN_DEG = 2.0  # by which a position may be off that nobody compared with the sky
+_SYNC_DEG = 0.1  # left by a synchronisation on a star: alignment, flexure, centring
 _TRACK_DEG_S = 0.0125  # after a slew: 50 counts/s in the manual's gearing
 _TRACK_S = 4.0
+_MOST_UNSURE_DEG = 20.0  # beyond which an encoder that fits fits by chance
 _SAME_ACCELERATION = 1.0  # per cent
 _SAME_LANDING_S = 0.05
 _SLEW = by_name("velocity_control").mask("slew_to_target")
@@ -204,26 +206,37 @@ def _zero_finding(bench: Bench, i: int, encoder: Encoder) -> Finding:
     known, configured = bench.encoder_sense(i), bench.configured(key)
     unit: Unit = bench.drive.unit
     zero = unit.read(f"axis{axis}_encoder_zero")[f"axis{axis}_encoder_zero"] / 0x10000
+    apart = abs(math.remainder(CENTRE / bench.counts_per_deg(i), 360.0))
+    step = 360.0 / 2 ** (bench.configured(f"axis{axis}.encoder_bits") or 16)
+    if apart < step:
+        why = f"with these gears centre and count 0 lie whole turns apart, to {apart:.4f}°: either means the same"
+        return Finding(subject, "confirmed", why, key, configured, configured)
     if known is None:
         return Finding(subject, "untested", "the encoder's sense is not known; run the step `gearing` as well", key)
     if not zero:
         return Finding(subject, "untested", "the unit's encoder zero is 0, as never set; set it after a `sync`", key)
-    per_count, relative = known
     counts = unit.read(f"axis{axis}_position")[f"axis{axis}_position"]
-    fits = {}
-    for name, origin in (("centre", CENTRE), ("zero", 0)):
-        turned = (counts - origin) * per_count
-        off = abs(math.remainder(encoder.turns - zero - turned, 1.0))
-        allowed = _ZERO_TOLERANCE + abs(turned) * relative
-        fits[name] = off < allowed, 360.0 * off, 360.0 * allowed
-    said = "; ".join(f"zero at {name}: off by {off:.2f}° of {most:.2f}°" for name, (_, off, most) in fits.items())
-    matching = [name for name, (fit, _, most) in fits.items() if fit and most < 20.0]
+    fits = {
+        name: _zero_fit(encoder.turns - zero, (counts - origin) * known[0], known[1], _position_margin(bench, i))
+        for name, origin in (("centre", CENTRE), ("zero", 0))
+    }
+    said = "; ".join(f"zero at {name}: off by {off:.3f}° of {most:.3f}°" for name, (off, most) in fits.items())
+    matching = [name for name, (off, most) in fits.items() if off < most < _MOST_UNSURE_DEG]
     if len(matching) != 1:
-        return Finding(
-            subject, "untested", f"the encoder does not decide it ({said}); `sync`, then run it again", key
-        )
-    verdict = judged(matching[0] == configured)
-    return Finding(subject, verdict, said, key, configured, matching[0])
+        why = f"the encoder does not decide it ({said}); `sync` on a star, then run it again with --witness"
+        return Finding(subject, "untested", why, key)
+    return Finding(subject, judged(matching[0] == configured), said, key, configured, matching[0])
+
+
+def _zero_fit(read: float, turned: float, relative: float, margin_deg: float) -> tuple[float, float]:
+    """How far an encoder stands from where it would with one zero, and how far it may, degrees."""
+    return 360.0 * abs(math.remainder(read - turned, 1.0)), margin_deg + 360.0 * abs(turned) * relative
+
+
+def _position_margin(bench: Bench, i: int) -> float:
+    """How far the position may be off, degrees: as the witness saw it, and when the zero was stored."""
+    seen = bench.position_error_deg(i)
+    return _UNSEEN_DEG if seen is None else _SYNC_DEG + seen
 
 
 _UNTESTABLE = (

@@ -1,6 +1,7 @@
 """Each assumption set wrong on purpose is told; what cannot be tested says why; nothing moves where it must not."""
 
 import time
+from dataclasses import replace
 
 import pytest
 from commission_bench import TrueAxis, Truth, mount
@@ -60,6 +61,45 @@ def test_encoders_alone_find_gears_but_not_the_sense_on_the_sky(tmp_path, monkey
     assert found["axis2 gears"].verdict == "confirmed"
     assert found["axis1 sense"].verdict == "untested"
     assert "--witness" in found["axis1 sense"].detail
+
+
+WHOLE_TURNS = {"main_gear": "375/32768", "secondary_gear": "1/8"}  # 2²³ counts are six turns of the axis exactly
+
+
+@pytest.mark.parametrize("believed", ["centre", "zero"])
+def test_an_encoder_zero_whole_turns_away_is_told_to_be_the_same(believed, tmp_path, monkeypatch):
+    keys = {f"axis1.{name}": value for name, value in WHOLE_TURNS.items()}
+    keys |= {"axis1.encoder_bits": 16, "axis1.encoder_zero_at": believed, "axis2.park_deg": -20.0}
+    truth = Truth((TrueAxis(encoder_bits=16, **WHOLE_TURNS), TrueAxis()), {"encoder_zero_at": "zero"}, keys)
+    assert truth.axes[0].zeros_apart_deg == 0.0
+    with mount(tmp_path, truth, monkeypatch) as watched:
+        found = by_subject(watched.commission(["encoder-zero"]))["axis1 encoder zero"]
+        preset = [
+            replace(watched.scope._session.drive.encoders.configured[0], zero_counts=counts).counts(12345, 2.0**23)
+            for counts in (0, 2**23)
+        ]
+    assert (found.verdict, found.changes) == ("confirmed", False)
+    assert "either means the same" in found.detail
+    assert preset[0] == pytest.approx(preset[1], abs=1e-3)
+
+
+def zero_found_at(truth, folder, monkeypatch, witness="sky"):
+    with mount(folder, truth, monkeypatch) as watched:
+        return by_subject(watched.commission(["encoder-zero"], witness))["axis1 encoder zero"]
+
+
+def test_an_encoder_zero_is_told_where_half_a_degree_decides_but_only_by_a_position_seen_on_the_sky(
+    tmp_path, monkeypatch
+):
+    gears = {"main_gear": "1/285", "secondary_gear": "2039/5000"}
+    truth = Truth((TrueAxis(encoder_bits=16, **gears), TrueAxis()), {"encoder_zero_at": "zero"},
+                  {"axis1.encoder_bits": 16, "axis2.park_deg": -20.0})  # fmt: skip
+    assert 0.5 < truth.axes[0].zeros_apart_deg < 0.6
+    found = zero_found_at(truth, tmp_path / "seen", monkeypatch)
+    assert (found.verdict, found.found) == ("refuted", "zero")
+    blind = zero_found_at(truth, tmp_path / "blind", monkeypatch, "encoders")
+    assert blind.verdict == "untested"
+    assert "--witness" in blind.detail
 
 
 def test_without_witness_and_encoders_everything_on_the_sky_is_left_open(tmp_path, monkeypatch):
