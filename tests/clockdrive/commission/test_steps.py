@@ -1,6 +1,7 @@
 """Each assumption set wrong on purpose is told; what cannot be tested says why; nothing moves where it must not."""
 
-import time
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -182,14 +183,25 @@ def test_an_unknown_step_or_witness_is_told_with_those_there_are(tmp_path, monke
             watched.commission(["link"], "guess")
 
 
-def solved(watched, command, patience_s=5.0):
-    """One look of a plate solver, to its end."""
+def solved(watched, command, patience_s=180.0, *, ends=True):
+    """One look of a plate solver; each wait of the witness is one for the program's end, if it ends."""
     steps = CommandWitness(command, watched.scope._session.planner, watched.scope.clock, patience_s=patience_s).look()
-    while True:
-        try:
-            time.sleep(min(0.05, next(steps)))
-        except StopIteration as done:
-            return done.value
+    started = []
+    popen = subprocess.Popen
+
+    def start(*args, **keys):
+        started.append(popen(*args, **keys))
+        return started[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("clockdrive.commission.witness.subprocess.Popen", start)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as done:
+                return done.value
+            if ends:
+                started[-1].wait(60.0)
 
 
 @pytest.mark.parametrize("text", ["83.633 22.0145", "83.633, 22.0145", "05:34:31.92 +22:00:52.2",
@@ -203,8 +215,6 @@ def test_a_plate_solver_is_read_in_degrees_and_sexagesimal(text, tmp_path, monke
 
         program = tmp_path / "solver.py"
         program.write_text(f"print({text!r})", encoding="utf-8")
-        import sys
-
         seen = solved(watched, f"{sys.executable} {program}")
         expected = parse.target("83.633,22.0145").observed(planner.sky.at(Instant.from_posix(seen.time)))
         assert separation(seen.observed, expected) < 5e-6
@@ -222,4 +232,4 @@ def test_a_plate_solver_that_fails_says_why(command, said, tmp_path, monkeypatch
 
 def test_a_plate_solver_that_hangs_is_ended(tmp_path, monkeypatch):
     with mount(tmp_path, Truth(), monkeypatch) as watched, pytest.raises(WitnessError, match="said nothing"):
-        solved(watched, "sleep 60", patience_s=1.0)
+        solved(watched, "sleep 60", patience_s=1.0, ends=False)
