@@ -147,6 +147,8 @@ def test_every_writable_register_is_written_read_back_and_restored(manual, run):
         ("axis1_encoder", "1", "`drive show`"),
         ("axis1_motor_current", "6", "outside 1 to 5 A"),
         ("fan_start_temperature", "4000", "outside -3276.8 to 3276.7"),
+        ("fan_start_temperature", "30", "allowed above fan_stop_temperature = 30 °C"),
+        ("fan_stop_temperature", "35.1", "allowed below fan_start_temperature = 35 °C"),
         ("nonsense", "1", "no register"),
     ],
 )
@@ -169,6 +171,18 @@ def test_more_current_than_an_ims_drive_gives_is_refused(capsys, tmp_path):
     with hosted(tmp_path, **{"axis1.drive_type": "ims"}) as (config, _):
         assert main(["-c", str(config), "drive", "set", "axis1_motor_current", "3.5", "--json"]) == 1
         assert "allowed 1 to 3 A with the drive type IMS" in json.loads(capsys.readouterr().out)["reason"]
+
+
+@pytest.mark.parametrize(("start", "stop"), [(50.0, 45.5), (-5.7, -12.3)])
+def test_fan_temperatures_are_pushed_together_and_each_alone_is_judged_beside_the_other(start, stop, run):
+    text = run.config.read_text(encoding="utf-8")
+    fans = f"# loopback\nfan_start_c = {start}\nfan_stop_c = {stop}"
+    run.config.write_text(text.replace("# loopback", fans), encoding="utf-8")
+    alone = ("drive.fan_stop_c", "drive.fan_start_c")[start < 0.0]  # beside what the unit has, 35 and 30 °C
+    assert "change that one first" in run("drive", "push", alone, ok=False)["reason"]
+    written = run("drive", "push")["registers"]
+    assert written["fan_start_temperature"]["value"] == start
+    assert run.device.memory.raw("fan_stop_temperature") == round(10.0 * stop) & 0xFFFF
 
 
 def test_diff_pull_and_push_join_file_and_unit(run):
