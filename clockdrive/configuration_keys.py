@@ -7,15 +7,15 @@ Defaults stand as a file would have them and pass the same checks. A default tha
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
+from clockdrive.gear_teeth import GearTeeth
 from mounts.tc410.motors import RATINGS
 
 Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "ratio"]
 Raw = str | int | float | bool
-Value = Raw | Fraction | Path | None
+Value = Raw | GearTeeth | Path | None
 
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
@@ -146,7 +146,7 @@ def _park(facts: Facts, section: str) -> float:
 def tc410_fastest_deg_s(facts: Facts, section: str) -> float:
     """Degrees a second at 20000 units a second with the axis's gearing (manual, 4.7.5)."""
     main, secondary = facts[f"{section}.main_gear"], facts[f"{section}.secondary_gear"]
-    if not (isinstance(main, Fraction) and isinstance(secondary, Fraction)):
+    if not (isinstance(main, GearTeeth) and isinstance(secondary, GearTeeth)):
         raise TypeError(section)
     microsteps = TC410_MICROSTEPS[str(facts[f"{section}.drive_type"])]
     step = 360.0 * float(main * secondary) / (_number(facts, f"{section}.motor_steps") * microsteps)

@@ -6,18 +6,13 @@ may be what it is about to find out.
 """
 
 import math
-import tomllib
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from clockdrive.commission.witness import Sighting, SkyWitness, WitnessError
 from clockdrive.configuration import Configuration
-from clockdrive.configuration_keys import KEYS
 from clockdrive.control import Steps
 from clockdrive.errors import Refused
 from clockdrive.session import Session
@@ -106,16 +101,6 @@ class CommissioningBench:
     def configured(self, dotted: str) -> Any:  # noqa: ANN401 - any kind of value
         """The value of a configuration key."""
         return self._written.get(dotted, self._configuration.values[dotted])
-
-    def teeth(self, dotted: str) -> tuple[int, int]:
-        """A gear's teeth as somebody wrote them, not reduced: 16/40 has other wheels than 2/5."""
-        value, text = self.configured(dotted), _as_written(self._configuration, dotted)
-        if text:
-            top, _, bottom = text.partition("/")
-            with suppress(ValueError, ZeroDivisionError):
-                if Fraction(int(top), int(bottom)) == value:
-                    return int(top), int(bottom)
-        return value.numerator, value.denominator
 
     def counts_per_deg(self, axis: int) -> float:
         """Counts of a degree of axis 0 or 1 by the configured gears."""
@@ -342,19 +327,6 @@ class CommissioningBench:
             math.degrees(near + math.remainder(angle - near, math.tau))
             for angle, near in zip((one, two), believed, strict=True)
         )
-
-
-def _as_written(configuration: Configuration, dotted: str) -> str:
-    """The text of a value in the file, or of its default; empty where it came another way."""
-    origin = configuration.origins[dotted]
-    if origin == "default":
-        return next((key.default for key in KEYS if key.dotted == dotted and isinstance(key.default, str)), "")
-    if origin == "file":
-        with suppress(OSError, ValueError):
-            section, _, name = dotted.rpartition(".")
-            tables = tomllib.loads(Path(configuration.source).read_text(encoding="utf-8"))
-            return str(tables.get(section, {}).get(name, ""))
-    return ""
 
 
 def _counts(reading: Reading) -> tuple[float, float]:

@@ -200,7 +200,7 @@ def _gear_finding(bench: CommissioningBench, i: int, line: Line, by: str) -> Fin
     if abs(ratio - 1.0) <= SIGNIFICANCE * sigma:
         return Finding(subject, "confirmed", said, f"{axis}.main_gear")
     main, secondary = bench.configured(f"{axis}.main_gear"), bench.configured(f"{axis}.secondary_gear")
-    teeth = candidates(bench.teeth(f"{axis}.main_gear"), bench.teeth(f"{axis}.secondary_gear"), ratio, sigma)
+    teeth = candidates(main.teeth, secondary.teeth, ratio, sigma)
     if not teeth:
         value = measured_gear(secondary, ratio, sigma)
         detail = f"{said}; no teeth near {main} and {secondary} explain it, so the ratio is given as measured"

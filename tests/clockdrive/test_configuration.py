@@ -1,7 +1,9 @@
 """A configuration is right as a whole or refused as a whole, with key, value and allowed range."""
 
 import contextlib
+import copy
 import dataclasses
+import pickle
 import subprocess
 import sys
 import time
@@ -60,6 +62,15 @@ def test_missing_files_are_told_with_all_else_that_is_wrong_where_files_are_aske
     assert trees.startswith(f"limits.horizon = {tmp_path / 'trees.csv'}: there is no such file")
     path.write_text('[mount]\npointing_model = "model.mod"\n', encoding="utf-8")
     assert load(path, {}).mount.pointing_model == tmp_path / "model.mod"
+
+
+def test_gears_keep_the_teeth_that_they_are_written_with(tmp_path):
+    gear = read(tmp_path, '[axis1]\nsecondary_gear = "16/40"\n').axes[0].secondary_gear
+    assert gear == Fraction(2, 5)
+    for kept in (gear, copy.copy(gear), copy.deepcopy(gear), pickle.loads(pickle.dumps(gear))):  # noqa: S301 - our own
+        assert (kept.teeth, str(kept), float(kept)) == ((16, 40), "16/40", 0.4)
+    (problem,) = problems(tmp_path, '[axis1]\nsecondary_gear = "40000/100000"\n')
+    assert problem.startswith("axis1.secondary_gear = '40000/100000': allowed two whole numbers")
 
 
 def test_without_a_file_the_embedded_simulator_is_used_and_says_so():

@@ -17,7 +17,7 @@ from clockdrive.cli.backend import backend
 from clockdrive.cli.main import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
-from mounts.tc410.registers import REGISTERS, at
+from mounts.tc410.registers import REGISTERS, at, by_name
 from mounts.tc410.upkeep import ACTIONS
 from transports.serve import serve
 
@@ -204,6 +204,29 @@ def test_diff_pull_and_push_join_file_and_unit(run):
     assert written["axis1_acceleration"]["value"] == 27.0
     assert run.device.memory.raw("axis1_acceleration") == 27
     assert "no key that the drive keeps" in run("drive", "push", "site.name", ok=False)["reason"]
+
+
+def test_gears_are_compared_pulled_and_begun_from_by_their_teeth(run, capsys):
+    """16/40 in the unit and in the file are the same, and neither is made 2/5 of."""
+    assert run.device.memory.raw("axis1_secondary_gear_multiplier") == 16
+    text = run.config.read_text(encoding="utf-8")
+    run.config.write_text(text.replace("[axis1]", '[axis1]\nsecondary_gear = "16/40"'), encoding="utf-8")
+    assert run("drive", "diff")["differences"] == []
+    run("drive", "set", "axis1_secondary_gear_multiplier", "18")
+    run("drive", "set", "axis1_secondary_gear_divisor", "45")
+    assert run("drive", "pull")["changed"] == {"axis1.secondary_gear": "18/45"}
+    assert run("drive", "diff")["differences"] == []
+    assert main(["init", "--from", load(run.config).drive.link]) == 0
+    assert 'secondary_gear = "18/45" ' in capsys.readouterr().out
+
+
+def test_a_unit_whose_gears_contradict_the_file_is_told_by_value_and_range_and_let_go(run):
+    """A link left open would be an error here, as every warning is."""
+    run.device.memory.put(by_name("axis1_main_gear_divisor"), (60000,))
+    reason = run("status", ok=False)["reason"]
+    assert re.search(r"axis1\.min_deg = -170: allowed -\d+\.\d\d to \d+\.\d\d deg, which the drive's 24 bits", reason)
+    run.device.memory.put(by_name("axis1_main_gear_divisor"), (285,))
+    assert "axes" in run("status")
 
 
 def test_saved_registers_survive_the_power_and_others_do_not(run):
