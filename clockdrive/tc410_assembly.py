@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from mounts.tc410.encoders import Encoder
+from mounts.tc410.input_modes import LOGARITHMIC, MOST_SHIFT
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name, of_axis
 from mounts.tc410.settings import AxisSettings, TC410Settings
 from pointing.gearing import Gearing
@@ -26,8 +27,6 @@ _DEFAULT_BAUD = 9600
 _INWARDS = 0.3  # counts by which an angle is moved outward, so that rounding it inward gives the same register
 _WIDEST_DEG = 720.0
 _FASTEST_DEG_S = 99.0
-_LOGARITHMIC = 0x80
-_MOST_SHIFT = 17
 _DRIVE_CODES = {name.lower(): code for code, name in DRIVE_TYPES.items()}
 
 
@@ -299,9 +298,9 @@ def _drive_keys(found: Mapping[str, float]) -> dict[str, object]:
     keys: dict[str, object] = {}
     for name in ("joystick_mode", "autoguider_mode"):
         mode = int(found[name])
-        if mode & _LOGARITHMIC:
-            keys[f"drive.{name}"] = _LOGARITHMIC
-        elif mode & 0x3F <= _MOST_SHIFT:
+        if mode & LOGARITHMIC:
+            keys[f"drive.{name}"] = LOGARITHMIC
+        elif mode & 0x3F <= MOST_SHIFT:
             keys[f"drive.{name}"] = mode & 0x3F
     start, stop = found["fan_start_temperature"], found["fan_stop_temperature"]
     if stop < start:

@@ -212,7 +212,12 @@ def _zero_finding(bench: Bench, i: int, encoder: Encoder) -> Finding:
         why = f"with these gears centre and count 0 lie whole turns apart, to {apart:.4f}°: either means the same"
         return Finding(subject, "confirmed", why, key, configured, configured)
     if known is None:
-        return Finding(subject, "untested", "the encoder's sense is not known; run the step `gearing` as well", key)
+        return Finding(
+            subject,
+            "untested",
+            "the encoder's sense is not known, as the step `gearing` found no ratio: see why",
+            key,
+        )
     if not zero:
         return Finding(subject, "untested", "the unit's encoder zero is 0, as never set; set it after a `sync`", key)
     counts = unit.read(f"axis{axis}_position")[f"axis{axis}_position"]

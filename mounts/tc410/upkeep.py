@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from mounts.errors import DriveRefused
+from mounts.tc410.input_modes import LOGARITHMIC, MODES, MOST_SHIFT
 from mounts.tc410.motors import MOST_A
 from mounts.tc410.registers import DRIVE_TYPES, MOUNT_TYPES, REGISTERS, Register, by_name
 from mounts.tc410.unit import Unit, Values
@@ -170,6 +171,11 @@ class Upkeep:
         row.encode(value, self._unit.position_format)
         if row is _CONTROL:
             self._check_control(int(value))
+        if row.name in {"joystick_mode", "autoguider_mode"} and value not in MODES:
+            raise DriveRefused(
+                f"{row.name} = {value:g}: allowed 0 to {MOST_SHIFT}, a shift of the linear range, or {LOGARITHMIC}, "
+                "logarithmic; nothing would move perceptibly with another"
+            )
         if row.name.endswith("_motor_current"):
             self._check_current(row, value)
 

@@ -106,6 +106,8 @@ def another(name, was):
     """A value that the register also takes, and that is told from the one it has."""
     if name == "velocity_control":
         return 0x38
+    if name in {"joystick_mode", "autoguider_mode"}:
+        return 5
     if name.endswith("_motor_current"):
         return was - 0.5
     if name.endswith("_temperature"):
@@ -149,6 +151,8 @@ def test_every_writable_register_is_written_read_back_and_restored(manual, run):
         ("fan_start_temperature", "4000", "outside -3276.8 to 3276.7"),
         ("fan_start_temperature", "30", "allowed above fan_stop_temperature = 30 °C"),
         ("fan_stop_temperature", "35.1", "allowed below fan_start_temperature = 35 °C"),
+        ("joystick_mode", "18", "allowed 0 to 17, a shift of the linear range, or 128, logarithmic"),
+        ("autoguider_mode", "0xC0", "allowed 0 to 17, a shift of the linear range, or 128, logarithmic"),
         ("nonsense", "1", "no register"),
     ],
 )
