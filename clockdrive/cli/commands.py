@@ -183,7 +183,11 @@ def report(args: argparse.Namespace) -> None:
 
     path = write_report(Path(args.output), args.config)
     _show(
-        args, {"ok": True, "file": str(path)}, lambda found: f"wrote {found['file']}; it holds no passwords or keys"
+        args,
+        {"ok": True, "file": str(path)},
+        lambda found: (
+            f"wrote {found['file']}, with your configuration file as it is: look through it before you give it away"
+        ),
     )
 
 

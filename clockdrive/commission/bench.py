@@ -17,7 +17,7 @@ from clockdrive.control import Steps
 from clockdrive.errors import Refused
 from clockdrive.session import Session
 from clockdrive.state import Activity
-from mounts.commissioning import Encoder, Step
+from mounts.commissioning import Encoder, Move, Step
 from mounts.drive import AxisSlew, Drive, Reading
 from pointing.errors import Unreachable
 from pointing.limits import separation
@@ -154,15 +154,8 @@ class CommissioningBench:
 
     # Moving ----------------------------------------------------------------------------------------------------
 
-    def move(
-        self,
-        offsets_deg: Sequence[float],
-        *,
-        top_deg_s: float | None = None,
-        rates_after_deg_s: Sequence[float] = (0.0, 0.0),
-        until_s: float | None = None,
-    ) -> Steps[list[Reading]]:
-        """Go to offsets from the step's origin, within its reach; return the readings on the way.
+    def move(self, move: Move) -> Steps[list[Reading]]:
+        """Go to a place within the step's reach; return the readings on the way.
 
         Raises
         ------
@@ -170,11 +163,11 @@ class CommissioningBench:
             A safety rule, the drive or the link ends it; the telescope was stopped.
         """
         session, step = self.session, self._step
-        if step is None or max(map(abs, offsets_deg)) > step.reach_deg * 1.000001:
-            raise Refused(f"a move to {tuple(offsets_deg)}° is beyond the reach of this step")
+        if step is None or not step.reaches(move):
+            raise Refused(f"a move to {move.offsets_deg}° is beyond the reach of this step")
         session.poll()
-        tops = [None if top_deg_s is None else top_deg_s * self.counts_per_deg(i) for i in (0, 1)]
-        plan = self._planned(step.name, offsets_deg, tops)
+        tops = [None if move.top_deg_s is None else move.top_deg_s * self.counts_per_deg(i) for i in (0, 1)]
+        plan = self._planned(step.name, move.offsets_deg, tops)
         one, two = plan.axes
         session.begin(
             Activity(
@@ -189,14 +182,14 @@ class CommissioningBench:
         self.moved = True
         slews = [
             AxisSlew(axis.target_counts, rate * self.counts_per_deg(i), tops[i])
-            for i, (axis, rate) in enumerate(zip(plan.axes, rates_after_deg_s, strict=True))
+            for i, (axis, rate) in enumerate(zip(plan.axes, move.rates_after_deg_s, strict=True))
         ]
         began = session.drive.start(slews, session.clock.now())
         session.remember()
-        if until_s is not None:
-            return (yield from self._stopped_at(began + until_s))
+        if move.until_s is not None:
+            return (yield from self._stopped_at(began + move.until_s))
         readings = yield from self._landing(plan)
-        if not any(rates_after_deg_s):
+        if not any(move.rates_after_deg_s):
             self._require_landed(plan, readings[-1])
         return readings
 

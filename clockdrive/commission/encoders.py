@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from clockdrive.commission.bench import CommissioningBench, Seen
 from clockdrive.commission.gears import SIGNIFICANCE, Line, Point, fitted
 from clockdrive.control import Steps
-from mounts.commissioning import Encoder, Finding, Step, judged
+from mounts.commissioning import BACK, Encoder, Finding, Step, alone, judged
 
 _BITS_SEEN = 8  # different readings, after which bits that never change are not there
 _READ_OFF = 0.4  # of a step: standard deviation of a reading
@@ -100,19 +100,15 @@ def _long_way(bench: CommissioningBench) -> Steps[list[Finding]]:
             continue
         looks = []
         for first in (_TAKE_UP_DEG - _REACH_DEG, _REACH_DEG - (_LOOKS - 1) * _APART_DEG):
-            yield from bench.move(_alone(i, first - _TAKE_UP_DEG))
+            yield from bench.move(alone(i, first - _TAKE_UP_DEG))
             for k in range(_LOOKS):
-                yield from bench.move(_alone(i, first + k * _APART_DEG))
+                yield from bench.move(alone(i, first + k * _APART_DEG))
                 looks.append((1, bench.glance()))
-        yield from bench.move((0.0, 0.0))
+        yield from bench.move(BACK)
         seen = encoder_line(bench, i, looks)
         if seen is not None:
             findings.append(_kept(bench, i, seen[0]))
     return findings
-
-
-def _alone(i: int, degrees: float) -> tuple[float, float]:
-    return (degrees, 0.0) if i == 0 else (0.0, degrees)
 
 
 def _kept(bench: CommissioningBench, i: int, line: Line) -> Finding:

@@ -16,7 +16,7 @@ from clockdrive.control import Steps
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.session import Session
 from clockdrive.state import Event
-from mounts.commissioning import Finding, Step
+from mounts.commissioning import BACK, Finding, Step
 from mounts.errors import DriveError
 from pointing.errors import Unreachable
 from transports.errors import TransportError
@@ -138,7 +138,7 @@ class Commissioning:
     def _returned(self, step: Step) -> Steps[list[Finding]]:
         """Go back to where a step began that was broken off."""
         try:
-            yield from self._bench.move((0.0, 0.0))
+            yield from self._bench.move(BACK)
         except (DriveError, TransportError, Unreachable) as error:
             self._still_only = f"the step `{step.name}` could not be taken back ({error})"
             self._leave(stopped=False)

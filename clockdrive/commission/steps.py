@@ -19,7 +19,7 @@ from clockdrive.commission.encoders import (
 )
 from clockdrive.commission.gears import SIGNIFICANCE, Line, Point, candidates, fitted, measured_gear
 from clockdrive.control import Steps
-from mounts.commissioning import Finding, Step, judged
+from mounts.commissioning import BACK, Finding, Move, Step, alone, judged
 from mounts.drive import Reading
 
 _SENSE_DEG = (0.1, 0.4)  # play is taken up on the way to the first
@@ -59,11 +59,11 @@ def _sense(bench: CommissioningBench) -> Steps[list[Finding]]:
     looks = []
     for k, offset in enumerate((0.0, *_SENSE_DEG)):
         if offset:
-            yield from bench.move((offset, offset))
+            yield from bench.move(Move((offset, offset)))
         looks.append((yield from bench.look()))
         if k == 1:
             _scale(bench, looks)
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     bench.position_errors_deg = _position_errors(bench, looks[0])
     findings = []
     for i in (0, 1):
@@ -136,7 +136,7 @@ def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
         looks = []
         for direction, places in ((1, out), (-1, back)):
             for place in places:
-                yield from bench.move((place, 0.0) if i == 0 else (0.0, place))
+                yield from bench.move(alone(i, place))
                 looks.append((direction, (yield from bench.look())))
         findings += _gear_findings(bench, i, looks)
     return findings
@@ -219,9 +219,9 @@ def _play_finding(i: int, line: Line) -> Finding:
 
 def _stop(bench: CommissioningBench) -> Steps[list[Finding]]:
     """Send both axes off, stop them under way, and see how long and how far they go on."""
-    readings = yield from bench.move((4.0, 4.0), until_s=_STOP_AFTER_S)
+    readings = yield from bench.move(Move((4.0, 4.0), until_s=_STOP_AFTER_S))
     findings = [_stop_finding(bench, i, readings) for i in (0, 1)]
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     return findings
 
 
@@ -252,9 +252,9 @@ def _speed(bench: CommissioningBench) -> Steps[list[Finding]]:
             why = f"{most:.2f}°/s is not reached within {_SPEED_REACH_DEG:g}°; it stays as configured"
             findings.append(Finding(subject, "untested", why))
             continue
-        readings = yield from bench.move((needed, 0.0) if i == 0 else (0.0, needed))
+        readings = yield from bench.move(alone(i, needed))
         findings.append(_speed_finding(bench, i, readings))
-        yield from bench.move((0.0, 0.0))
+        yield from bench.move(BACK)
     return findings
 
 

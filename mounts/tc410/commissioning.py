@@ -7,7 +7,7 @@ steps that stand still use what the unit shows of its registers; those that move
 import math
 from contextlib import suppress
 
-from mounts.commissioning import Bench, Encoder, Finding, Step, Steps, judged
+from mounts.commissioning import BACK, Bench, Encoder, Finding, Move, Step, Steps, alone, judged
 from mounts.errors import DriveError
 from mounts.tc410.drive import TC410
 from mounts.tc410.registers import CENTRE, by_name
@@ -110,14 +110,12 @@ def _speed_register(bench: Bench) -> Steps[list[Finding]]:
     findings = []
     drive: TC410 = bench.drive
     for i, axis in enumerate(_AXES):
-        offsets = [0.0, 0.0]
-        offsets[i] = _SPEED_REACH_DEG
-        readings = yield from bench.move(offsets, top_deg_s=_SPEED_DEG_S, until_s=_CRUISE_S[1])
+        readings = yield from bench.move(alone(i, _SPEED_REACH_DEG, top_deg_s=_SPEED_DEG_S, until_s=_CRUISE_S[1]))
         began = readings[0].time
         cruise = [(r.time, r.axes[i].counts) for r in readings if r.axes[i].slewing and r.time > began + _CRUISE_S[0]]
         asked = min(_SPEED_DEG_S * bench.counts_per_deg(i), drive.slew_models[i].max_rate)
         findings.append(_speed_finding(axis, asked, cruise))
-        yield from bench.move((0.0, 0.0))
+        yield from bench.move(BACK)
     return findings
 
 
@@ -137,9 +135,9 @@ def _speed_finding(axis: int, asked: float, cruise: list[tuple[float, float]]) -
 
 
 def _slew_bit(bench: Bench) -> Steps[list[Finding]]:
-    yield from bench.move((0.1, 0.1))
+    yield from bench.move(Move((0.1, 0.1)))
     control = int(bench.drive.unit.read("velocity_control")["velocity_control"])
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     clears = not control & _SLEW
     word = "clears itself" if clears else "stays set"
     detail = f"the bit that starts a slew {word} when the slew has ended; either way it is written 0, then 1"
@@ -150,10 +148,10 @@ def _idle(bench: Bench) -> Steps[list[Finding]]:
     """Slews whose axes land at different times, and track on: which shows when tracking resumes, and the landing."""
     rates = (_TRACK_DEG_S, _TRACK_DEG_S)
     for place in ((3.0, 0.4), (2.7, 3.4), (0.2, 3.1), (0.5, 0.1)):
-        yield from bench.move(place, rates_after_deg_s=rates)
+        yield from bench.move(Move(place, rates_after_deg_s=rates))
         yield from bench.wait(_TRACK_S)
         yield from bench.halt()
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     return [_idle_finding(bench), *_law_findings(bench)]
 
 
