@@ -9,6 +9,7 @@ from commission_bench import mount, random_truth, wrong_keys
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 MOUNTS = 200 if FULL else 24
+RIGHT = ("top speed", "encoder ratio", "soft-limit registers", "maximum-speed register")  # of every mount here
 CONFIGURED = Fraction("1/285") * Fraction("16/40")
 
 
@@ -50,6 +51,11 @@ def test_every_wrong_key_is_found_and_none_invented_within_the_bounds(tmp_path, 
                 teeth["exact" if changes[key] == value else "within the uncertainty"] += 1
             else:
                 assert changes[key] == value, (seed, key)
+        said = {each.subject: each.verdict for each in findings}
+        assert said["slew bit"] == ("confirmed" if truth.simulator["slew_bit_clears"] else "refuted"), seed
+        for subject, verdict in said.items():
+            assert verdict != "refuted" or not subject.endswith(RIGHT), (seed, subject)
+            tally["top speeds seen"] += subject.endswith("top speed") and verdict == "confirmed"
         assert set(changes) <= set(wrong), (seed, set(changes) - set(wrong))
         tally["found"] += len(wrong)
         zeros = {n: axis.zeros_apart_deg for n, axis in enumerate(truth.axes, 1) if axis.encoder_bits}

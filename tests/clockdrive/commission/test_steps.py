@@ -36,6 +36,22 @@ def test_another_maximum_speed_register_is_found_and_forbids_long_moves(shift, t
         assert all(gone <= bound for gone, bound in watched.excursions.values())
 
 
+@pytest.mark.parametrize("link", [{"latency_s": 0.08, "baud": 9600}, {"latency_s": 0.001}])
+@pytest.mark.parametrize("error", [-0.1, 0.1])
+def test_the_true_top_speed_is_seen_over_any_link(link, error, tmp_path, monkeypatch):
+    """Over the slower one a reading takes 0.9 s, and the axis speeds up by 1° a second each second meanwhile."""
+    with mount(tmp_path, Truth(simulator={**link, "acceleration_error": error}), monkeypatch) as watched:
+        found = by_subject(watched.commission(["speed"]))
+        gone, bound = watched.excursions["speed"]
+    for axis in (1, 2):
+        said = found[f"axis{axis} top speed"]
+        assert said.verdict == "confirmed", said.detail
+        speed = float(said.detail.partition("°")[0])
+        print(f"{speed:.3f}°/s, {100.0 * (speed / 4.5 - 1.0):+.2f} % off")
+        assert speed == pytest.approx(4.5, rel=0.005)
+    assert gone <= bound
+
+
 @pytest.mark.parametrize("idle", ["both", "per-axis"])
 @pytest.mark.parametrize("believed", ["both", "per-axis"])
 def test_when_tracking_resumes_is_found(idle, believed, tmp_path, monkeypatch):
