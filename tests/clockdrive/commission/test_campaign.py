@@ -10,7 +10,6 @@ from commission_bench import mount, random_truth, wrong_keys
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 MOUNTS = 200 if FULL else 24
 RIGHT = ("top speed", "encoder ratio", "soft-limit registers", "maximum-speed register")  # of every mount here
-CONFIGURED = Fraction("1/285") * Fraction("16/40")
 
 
 def told(findings):
