@@ -39,7 +39,7 @@ SENDS = 2  # of one frame on one connection
 QUIET_S = 0.005  # a line this long silent has nothing left over
 CONNECT_S = 1.0
 QUICK_ATTEMPTS, QUICK_PAUSE_S = 20, 0.05  # then, with PAUSE_S between them, up to ATTEMPTS
-ATTEMPTS, PAUSE_S = 100, 0.5  # so that a drive that becomes free late is safe within a second as well
+ATTEMPTS, PAUSE_S = 140, 0.5  # so that a drive that becomes free late is safe within a second as well
 CHUNK = 4096
 _DRAINS = 64  # reads at most before a frame is sent into whatever comes
 
