@@ -7,6 +7,7 @@ each time a part of a step farther, and all from the same side, where the gears'
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from clockdrive.commission.bench import CommissioningBench, Seen
 from clockdrive.commission.gears import SIGNIFICANCE, Line, Point, fitted
@@ -107,8 +108,14 @@ def _long_way(bench: CommissioningBench) -> Steps[list[Finding]]:
         yield from bench.move(BACK)
         seen = encoder_line(bench, i, looks)
         if seen is not None:
-            findings.append(_kept(bench, i, seen[0]))
+            findings.append(_kept(bench, i, _sure(*seen)))
     return findings
+
+
+def _sure(line: Line, bits: int | None) -> Line:
+    """A line no surer than an encoder whose scale is off by a step from one end of the way to the other."""
+    off = 360.0 / 2 ** (bits or 16) / (2.0 * _REACH_DEG)
+    return replace(line, sigma=math.hypot(line.sigma, off / SIGNIFICANCE))
 
 
 def _kept(bench: CommissioningBench, i: int, line: Line) -> Finding:
