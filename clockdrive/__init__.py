@@ -8,12 +8,13 @@
 The names below are loaded when they are first used, so that `import clockdrive` costs nothing.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from clockdrive.distribution import verify
 
 verify()
+
+from pointing.lazy_names import lazy_names  # noqa: E402 - of the distribution just verified
 
 if TYPE_CHECKING:
     from clockdrive.answers import Answer, PlanAnswer
@@ -54,7 +55,4 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module 'clockdrive' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = lazy_names(__name__, _HOME)

@@ -5,6 +5,7 @@ What this version cannot apply is refused here with a sentence, never left out s
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError
 from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
-from clockdrive.tc410_assembly import gearings, keys_from, registers, settings, travel
+from clockdrive.tc410_assembly import completed_from, gearings, registers, settings, travel
 from clockdrive.weather_sources import WeatherError
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
@@ -24,6 +25,7 @@ from pointing.sky import Sky
 if TYPE_CHECKING:
     from mounts.drive import Drive
     from mounts.tc410.direct import Guardian
+    from mounts.tc410.unit import Unit
     from transports.link import Clock
     from transports.memory import Device
 
@@ -137,7 +139,6 @@ def drive(
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
     from mounts.tc410.dead_man_frames import safe_frames  # noqa: PLC0415 - likewise
     from mounts.tc410.drive import TC410  # noqa: PLC0415 - likewise
-    from mounts.tc410.startup import identify  # noqa: PLC0415 - likewise
     from mounts.tc410.unit import Unit  # noqa: PLC0415 - likewise
     from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
     from transports.modbus_ascii import ModbusAscii  # noqa: PLC0415 - likewise
@@ -157,14 +158,24 @@ def drive(
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
         modbus = ModbusAscii(dead_man.sharing(lambda: open_link(configuration.drive.link, clock)), clock)
+        configuration = _completed(configuration, Unit(modbus))
+    return TC410(modbus, settings(configuration), memory, remember, guardian), configuration
+
+
+def _completed(configuration: Configuration, unit: "Unit") -> Configuration:
+    """Take from the unit what nobody has configured; its link is closed where that fails."""
+    from mounts.tc410.startup import identify  # noqa: PLC0415 - as in `drive`
+
+    with ExitStack() as failed:
+        failed.callback(unit.close)
         if configuration.left_to_the_unit():
-            unit = Unit(modbus)
             identify(unit)
-            configuration = configuration.completed(keys_from(unit))
+            configuration = completed_from(configuration, unit)
         if configuration.origins["site.latitude_deg"] == "default":
             text = "[site] latitude_deg and longitude_deg are neither in the file nor in the unit: give both"
             raise ConfigurationError(configuration.source, [text])
-    return TC410(modbus, settings(configuration), memory, remember, guardian), configuration
+        failed.pop_all()
+    return configuration
 
 
 def refuse_what_is_not_there(configuration: Configuration) -> None:

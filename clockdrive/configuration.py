@@ -132,20 +132,14 @@ class Configuration:
         """A sentence for each value that is possible, and unwise."""
         return tuple(cautions(self.values))
 
-    def missing_files(self) -> tuple[str, ...]:
-        """A sentence for each configured file that does not exist."""
-        return tuple(
-            f"{dotted} = {value}: there is no such file; correct the path or leave the key out"
-            for dotted, value in self.values.items()
-            if isinstance(value, Path) and dotted != "state.path" and not value.exists()
-        )
-
 
 def load(
     path: Path | str | None,
     environment: Mapping[str, str] | None = None,
     overrides: Mapping[str, object] | None = None,
     unit: Mapping[str, object] | None = None,
+    *,
+    with_files: bool = False,
 ) -> Configuration:
     """Read and check a configuration.
 
@@ -159,6 +153,8 @@ def load(
         Flags by dotted name, `{"drive.link": "COM3"}`, as text or of the key's own type.
     unit : mapping, optional
         What the unit's own registers say, by dotted name; stands in for defaults only.
+    with_files : bool
+        Whether the files that it names must be there.
 
     Raises
     ------
@@ -175,8 +171,9 @@ def load(
     draft.layer(_variables(environment), "environment", Path())
     draft.layer(overrides or {}, "flag", Path())
     draft.settle()
-    if draft.problems:
-        raise ConfigurationError(source, draft.problems)
+    problems = [*draft.problems, *(draft.missing_files() if with_files else ())]
+    if problems:
+        raise ConfigurationError(source, problems)
     return _frozen(draft, source, NO_FILE if path is None and draft.values["drive.link"] == "sim:" else "")
 
 
@@ -246,6 +243,12 @@ class _Draft:
             self._settle(key)
         facts = {k: v for k, v in self.values.items() if k != "limits.horizon_deg" or self.origins[k] != "default"}
         self.problems += [text for names, text in contradictions(facts) if not self.wrong & set(names)]
+
+    def missing_files(self) -> Iterator[str]:
+        """A sentence for each file named that does not exist."""
+        for dotted, value in self.values.items():
+            if isinstance(value, Path) and dotted != "state.path" and not value.exists():
+                yield f"{dotted} = {value}: there is no such file; correct the path or leave the key out"
 
     def _expanded(self, keys: tuple[Key, ...]) -> Iterator[Key]:
         for key in keys:

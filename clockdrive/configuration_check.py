@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from pathlib import Path
 
 from clockdrive.configuration_keys import (
@@ -16,6 +15,7 @@ from clockdrive.configuration_keys import (
     Value,
     tc410_fastest_deg_s,
 )
+from clockdrive.gear_teeth import GearTeeth
 from mounts.tc410 import motors
 
 _PORT = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.]+\]|[^\s/:@?#\[\]]+):(?P<port>\d{1,5})")
@@ -61,9 +61,9 @@ def checked(key: Key, raw: object, folder: Path) -> Value:
         return folder / Path(value).expanduser()
     if key.choices and value not in key.choices:
         raise BadValue
-    if isinstance(value, Fraction):
-        _within(key, value.numerator)
-        _within(key, value.denominator)
+    if isinstance(value, GearTeeth):
+        for teeth in value.teeth:
+            _within(key, teeth)
     elif isinstance(value, int | float) and not isinstance(value, bool):
         _within(key, value)
     return value
@@ -120,16 +120,16 @@ def _number(raw: object) -> float:
     return value
 
 
-def _ratio(raw: object) -> Fraction:
-    if isinstance(raw, Fraction):
+def _ratio(raw: object) -> GearTeeth:
+    if isinstance(raw, GearTeeth):
         return raw
     parts = _RATIO.fullmatch(str(raw)) if isinstance(raw, str | int) and not isinstance(raw, bool) else None
     if parts is None or int(parts[1]) == 0 or (parts[2] is not None and int(parts[2]) == 0):
         raise BadValue
-    return Fraction(int(parts[1]), int(parts[2] or 1))
+    return GearTeeth(int(parts[1]), int(parts[2] or 1))
 
 
-_TYPED: dict[Kind, Callable[[object], Raw | Fraction]] = {
+_TYPED: dict[Kind, Callable[[object], Raw | GearTeeth]] = {
     "text": _text,
     "path": _text,
     "link": _link,

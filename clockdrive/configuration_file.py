@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Mapping
-from fractions import Fraction
 
 from clockdrive.configuration import load
 from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, Computed, Key, Value, keys_of
@@ -82,8 +81,7 @@ def toml(value: object) -> str:
         return str(value).lower()
     if isinstance(value, int | float):
         return repr(value)
-    text = f"{value.numerator}/{value.denominator}" if isinstance(value, Fraction) else str(value)
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    escaped = str(value).replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in escaped) + '"'
 
 

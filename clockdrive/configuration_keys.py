@@ -7,22 +7,22 @@ Defaults stand as a file would have them and pass the same checks. A default tha
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
+from clockdrive.gear_teeth import GearTeeth
+from mounts.tc410.input_modes import MODES
 from mounts.tc410.motors import RATINGS
 
 Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "ratio"]
 Raw = str | int | float | bool
-Value = Raw | Fraction | Path | None
+Value = Raw | GearTeeth | Path | None
 
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
 TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)
 TC410_MICROSTEPS = {"gecko": 10, "ims": 16}  # reported units a full step (4.7.1)
-JOYSTICK_MODES = (*range(18), 128)  # the shifts of use, or logarithmic (4.7.7)
 
 Facts = Mapping[str, Value]  # the values settled so far, by dotted name
 Rule = Callable[[Facts, str], Value]  # with the section whose default is asked
@@ -65,7 +65,7 @@ class Key:
         return f"{self._allowed()} {self.unit}".rstrip()
 
     def _allowed(self) -> str:
-        if self.choices == JOYSTICK_MODES:
+        if self.choices == MODES:
             return "0 to 17 | 128"
         if self.choices:
             return " | ".join(str(choice) for choice in self.choices)
@@ -146,7 +146,7 @@ def _park(facts: Facts, section: str) -> float:
 def tc410_fastest_deg_s(facts: Facts, section: str) -> float:
     """Degrees a second at 20000 units a second with the axis's gearing (manual, 4.7.5)."""
     main, secondary = facts[f"{section}.main_gear"], facts[f"{section}.secondary_gear"]
-    if not (isinstance(main, Fraction) and isinstance(secondary, Fraction)):
+    if not (isinstance(main, GearTeeth) and isinstance(secondary, GearTeeth)):
         raise TypeError(section)
     microsteps = TC410_MICROSTEPS[str(facts[f"{section}.drive_type"])]
     step = 360.0 * float(main * secondary) / (_number(facts, f"{section}.motor_steps") * microsteps)
@@ -207,9 +207,9 @@ _DRIVE = (
         "tracking resumes when both axes have ended the slew, or each by itself", choices=("both", "per-axis"),
         drives=_TC410),
     Key("drive", "joystick_mode", "integer", 128, "shift of the linear speed range, or 128: logarithmic",
-        choices=JOYSTICK_MODES, drives=_TC410, in_unit=True),
+        choices=MODES, drives=_TC410, in_unit=True),
     Key("drive", "autoguider_mode", "integer", 12, "shift of the linear speed range, or 128: logarithmic",
-        choices=JOYSTICK_MODES, drives=_TC410, in_unit=True),
+        choices=MODES, drives=_TC410, in_unit=True),
     Key("drive", "fan_start_c", "number", 35.0, "the system fan starts at this temperature", "°C", -40, 100,
         drives=_TC410, in_unit=True),
     Key("drive", "fan_stop_c", "number", 30.0, "the system fan stops at this temperature", "°C", -40, 100,

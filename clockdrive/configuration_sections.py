@@ -5,11 +5,11 @@ The sections of drive and axes carry the keys of all drives and those of the TC4
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
 from clockdrive.configuration_keys import TC410_MICROSTEPS
+from clockdrive.gear_teeth import GearTeeth
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class AxisSection:
     max_deg: float
     park_deg: float
     motor_steps: int
-    main_gear: Fraction
-    secondary_gear: Fraction
+    main_gear: GearTeeth
+    secondary_gear: GearTeeth
     drive_type: Literal["gecko", "ims"]
     acceleration_register: int
     deceleration_register: int

@@ -112,8 +112,11 @@ class DriveRegisters:
     def _push(self, keys: Sequence[str]) -> Answer:
         names = [name for key in keys for name in registers_of_key(key)]
         names = names or [found.register for found in self._differences()]
-        wanted = registers(self._configuration)
-        written = self._changing(lambda: [self._drive.upkeep.write(name, wanted[name], force=True) for name in names])
+        wanted = {name: value for name, value in registers(self._configuration).items() if name in names}
+        upkeep = self._drive.upkeep
+        written = self._changing(
+            lambda: [upkeep.write(name, value, force=True, beside=wanted) for name, value in wanted.items()]
+        )
         if written:
             self._session.note("drive", f"{len(written)} register(s) written from the configuration")
         return Answer({"ok": True, "registers": _rows(written), "note": _NOT_SAVED if written else ""})

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from mounts.tc410.encoders import Encoder
+from mounts.tc410.input_modes import LOGARITHMIC, MOST_SHIFT
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name, of_axis
 from mounts.tc410.settings import AxisSettings, TC410Settings
 from pointing.gearing import Gearing
@@ -26,8 +27,6 @@ _DEFAULT_BAUD = 9600
 _INWARDS = 0.3  # counts by which an angle is moved outward, so that rounding it inward gives the same register
 _WIDEST_DEG = 720.0
 _FASTEST_DEG_S = 99.0
-_LOGARITHMIC = 0x80
-_MOST_SHIFT = 17
 _DRIVE_CODES = {name.lower(): code for code, name in DRIVE_TYPES.items()}
 
 
@@ -145,8 +144,36 @@ def registers_of(unit: "Unit") -> dict[str, float]:
 
 def keys_from(unit: "Unit") -> dict[str, object]:
     """Read what the unit's own registers say of the configuration, by dotted key; zeros were never set."""
-    found = registers_of(unit)
+    return _keys_of(registers_of(unit))
+
+
+def _keys_of(found: Mapping[str, float]) -> dict[str, object]:
     return _site_keys(found) | _drive_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+
+
+def completed_from(configuration: Configuration, unit: "Unit") -> Configuration:
+    """Take from the unit what nobody has configured; its top speeds by the gears then in force, not by its own.
+
+    Raises
+    ------
+    ConfigurationError
+        The unit's values are impossible, or contradict what is configured.
+    """
+    found = registers_of(unit)
+    own = {key: value for key, value in _keys_of(found).items() if not key.endswith("max_speed_deg_s")}
+    completed = configuration.completed(own)
+    speeds = (
+        _speed_key(found, axis, gearing.step_deg_float) for axis, gearing in enumerate(gearings(completed), start=1)
+    )
+    return completed.completed({key: value for keys in speeds for key, value in keys.items()})
+
+
+def _speed_key(found: Mapping[str, float], axis: int, step_deg: float) -> dict[str, object]:
+    """The top speed of an axis of which a count is `step_deg`; none where it is no telescope's."""
+    speed = found[f"axis{axis}_max_speed"] * COUNTS_PER_SECOND * step_deg
+    if not 0.0 < speed <= _FASTEST_DEG_S:  # a unit as the factory made it knows no gears
+        return {}
+    return {f"axis{axis}.max_speed_deg_s": math.ceil(speed * 1e6) / 1e6}  # the register rounds down
 
 
 def travel_from(configuration: Configuration, found: Mapping[str, float]) -> dict[str, object]:
@@ -179,7 +206,7 @@ class Difference:
 
 def differences(configuration: Configuration, found: Mapping[str, float]) -> tuple[Difference, ...]:
     """Compare the unit's registers with the configuration, defaults included, as the registers would hold both."""
-    values = _site_keys(found) | _drive_keys(found) | _axis_keys(found, 1) | _axis_keys(found, 2)
+    values = _keys_of(found)
     values |= {
         f"axis{axis}.park_deg": round(math.degrees(gearing.angle(found[f"axis{axis}_park"])), 6)
         for axis, gearing in enumerate(gearings(configuration), start=1)
@@ -223,10 +250,10 @@ def _axis_keys_of(i: int) -> Sequence[_Key]:
     return (
         key("drive_type", "drive_type", lambda c: _DRIVE_CODES[c.axes[i].drive_type]),
         key("motor_steps", "motor_steps", lambda c: c.axes[i].motor_steps),
-        key("main_gear", "main_gear_multiplier", lambda c: c.axes[i].main_gear.numerator),
-        key("main_gear", "main_gear_divisor", lambda c: c.axes[i].main_gear.denominator),
-        key("secondary_gear", "secondary_gear_multiplier", lambda c: c.axes[i].secondary_gear.numerator),
-        key("secondary_gear", "secondary_gear_divisor", lambda c: c.axes[i].secondary_gear.denominator),
+        key("main_gear", "main_gear_multiplier", lambda c: c.axes[i].main_gear.teeth[0]),
+        key("main_gear", "main_gear_divisor", lambda c: c.axes[i].main_gear.teeth[1]),
+        key("secondary_gear", "secondary_gear_multiplier", lambda c: c.axes[i].secondary_gear.teeth[0]),
+        key("secondary_gear", "secondary_gear_divisor", lambda c: c.axes[i].secondary_gear.teeth[1]),
         key("acceleration_register", "acceleration", lambda c: c.axes[i].acceleration_register),
         key("deceleration_register", "deceleration", lambda c: c.axes[i].deceleration_register),
         key("max_speed_deg_s", "max_speed", lambda c: _speed(c, i)),
@@ -271,9 +298,9 @@ def _drive_keys(found: Mapping[str, float]) -> dict[str, object]:
     keys: dict[str, object] = {}
     for name in ("joystick_mode", "autoguider_mode"):
         mode = int(found[name])
-        if mode & _LOGARITHMIC:
-            keys[f"drive.{name}"] = _LOGARITHMIC
-        elif mode & 0x3F <= _MOST_SHIFT:
+        if mode & LOGARITHMIC:
+            keys[f"drive.{name}"] = LOGARITHMIC
+        elif mode & 0x3F <= MOST_SHIFT:
             keys[f"drive.{name}"] = mode & 0x3F
     start, stop = found["fan_start_temperature"], found["fan_stop_temperature"]
     if stop < start:
@@ -285,6 +312,7 @@ def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
     def of(name: str) -> int:
         return int(found[f"axis{axis}_{name}"])
 
+    speed: dict[str, object] = {}
     keys: dict[str, object] = {
         "acceleration_register": of("acceleration"),
         "deceleration_register": of("deceleration"),
@@ -302,11 +330,8 @@ def _axis_keys(found: Mapping[str, float], axis: int) -> dict[str, object]:
             step = Fraction(360, of("motor_steps"))
             for multiplier, divisor in gears.values():
                 step *= Fraction(multiplier, divisor)
-            per_count = float(step) / {"gecko": 10, "ims": 16}[kind]
-            speed = found[f"axis{axis}_max_speed"] * COUNTS_PER_SECOND * per_count
-            if 0.0 < speed <= _FASTEST_DEG_S:  # a unit as the factory made it knows no gears
-                keys["max_speed_deg_s"] = math.ceil(speed * 1e6) / 1e6  # the register rounds down
-    return {f"axis{axis}.{name}": value for name, value in keys.items()}
+            speed = _speed_key(found, axis, float(step) / {"gecko": 10, "ims": 16}[kind])
+    return {f"axis{axis}.{name}": value for name, value in keys.items()} | speed
 
 
 def _slows(gears: Iterable[tuple[int, int]]) -> bool:

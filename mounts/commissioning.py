@@ -4,7 +4,7 @@ A step asks one question. It says beforehand how far it may move an axis, moves 
 what it found. Steps that all drives share are in `clockdrive.commission`; a drive's own stand in its folder.
 """
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeVar
 
@@ -13,6 +13,10 @@ from mounts.drive import Reading
 T = TypeVar("T")
 Steps = Generator[float, None, T]  # yields the seconds after which it wants to go on
 Verdict = Literal["confirmed", "refuted", "measured", "untested"]
+
+
+def _always(_bench: Any) -> bool:  # noqa: ANN401 - any bench
+    return True
 
 
 def judged(right: bool) -> Verdict:
@@ -63,6 +67,37 @@ class Encoder:
         return self.word / 0x10000
 
 
+@dataclass(frozen=True)
+class Move:
+    """A move to a place beside the one where the step began.
+
+    Attributes
+    ----------
+    offsets_deg : tuple of float
+        Of each axis, by the configured gears.
+    top_deg_s : float, optional
+        Not faster than this.
+    rates_after_deg_s : tuple of float
+        With which to go on once landed.
+    until_s : float, optional
+        Stop the telescope so many seconds after the start.
+    """
+
+    offsets_deg: tuple[float, float]
+    top_deg_s: float | None = None
+    rates_after_deg_s: tuple[float, float] = (0.0, 0.0)
+    until_s: float | None = None
+
+
+def alone(axis: int, degrees: float, *, top_deg_s: float | None = None, until_s: float | None = None) -> Move:
+    """A move of axis 0 or 1, the other one where the step began."""
+    return Move((degrees, 0.0) if axis == 0 else (0.0, degrees), top_deg_s=top_deg_s, until_s=until_s)
+
+
+BACK = Move((0.0, 0.0))
+"""To where the step began."""
+
+
 class Bench(Protocol):
     """What a step works on."""
 
@@ -79,27 +114,8 @@ class Bench(Protocol):
         """Counts of a degree of axis 0 or 1 by the configured gears."""
         ...
 
-    def move(
-        self,
-        offsets_deg: Sequence[float],
-        *,
-        top_deg_s: float | None = None,
-        rates_after_deg_s: Sequence[float] = (0.0, 0.0),
-        until_s: float | None = None,
-    ) -> Steps[list[Reading]]:
-        """Go to offsets from where the step began, within its reach; return the readings on the way.
-
-        Parameters
-        ----------
-        offsets_deg : sequence of float
-            Of each axis, by the configured gears.
-        top_deg_s : float, optional
-            Not faster than this.
-        rates_after_deg_s : sequence of float
-            With which to go on once landed.
-        until_s : float, optional
-            Stop the telescope so many seconds after the start.
-        """
+    def move(self, move: Move) -> Steps[list[Reading]]:
+        """Go to a place within the step's reach; return the readings on the way."""
         ...
 
     def wait(self, seconds: float) -> Steps[list[Reading]]:
@@ -116,6 +132,10 @@ class Bench(Protocol):
 
     def encoder_sense(self, axis: int) -> tuple[float, float] | None:
         """Encoder turns for one count of axis 0 or 1, with sign, and the relative uncertainty, once measured."""
+        ...
+
+    def position_error_deg(self, axis: int) -> float | None:
+        """How far the sky was seen from the position, degrees of axis 0 or 1; None where nobody saw it."""
         ...
 
 
@@ -139,6 +159,10 @@ class Step:
         Steps that must come before.
     allows_motion : bool
         Whether nothing may be moved once it has refuted something.
+    together : bool
+        Whether it moves both axes at once; otherwise it needs room to the sides of each alone.
+    applies : callable
+        Whether there is anything to find out here; asked of the bench when its turn comes.
     """
 
     name: str
@@ -148,8 +172,15 @@ class Step:
     bound_deg: float = 0.0
     needs: tuple[str, ...] = ()
     allows_motion: bool = False
+    together: bool = True
+    applies: Callable[[Any], bool] = _always
 
     @property
     def moves(self) -> bool:
         """Whether anything moves."""
         return self.reach_deg > 0.0
+
+    def reaches(self, move: Move) -> bool:
+        """Whether a move stays within the reach, and moves one axis alone where that is all there is room for."""
+        within = max(map(abs, move.offsets_deg)) <= self.reach_deg * 1.000001
+        return within and (self.together or not all(move.offsets_deg))

@@ -16,8 +16,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Protocol, Self, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from mounts.deadman_process import (
     ARM,
@@ -35,6 +34,7 @@ from mounts.deadman_process import (
 from mounts.errors import DriveError
 from transports.errors import LinkError
 from transports.link import Link
+from transports.running import Running
 
 START_S = 5.0  # to be ready, on a computer that is very busy
 END_S = 1.0  # to end when it is not needed any more
@@ -53,7 +53,7 @@ class Described(Protocol):
         ...
 
 
-class DeadMan:
+class DeadMan(Running):
     """A dead-man process for one drive, from `start` to `close`, or while it is a context manager.
 
     Leaving the context armed, as an exception does, lets the process make the drive safe.
@@ -208,15 +208,6 @@ class DeadMan:
         except subprocess.TimeoutExpired:
             self._process = process
             self._kill()
-
-    def __enter__(self) -> Self:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _tell(self, message: int, descriptor: int | None = None) -> None:
         """Send one message. Where it cannot be sent nobody listens: neither then nor later."""

@@ -39,7 +39,7 @@ SENDS = 2  # of one frame on one connection
 QUIET_S = 0.005  # a line this long silent has nothing left over
 CONNECT_S = 1.0
 QUICK_ATTEMPTS, QUICK_PAUSE_S = 20, 0.05  # then, with PAUSE_S between them, up to ATTEMPTS
-ATTEMPTS, PAUSE_S = 80, 1.0
+ATTEMPTS, PAUSE_S = 140, 0.5  # so that a drive that becomes free late is safe within a second as well
 CHUNK = 4096
 _DRAINS = 64  # reads at most before a frame is sent into whatever comes
 
@@ -185,9 +185,11 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
                     _confirm(link, frame, clock)
             finally:
                 link.close()
-        except TransportError:
+        except TransportError as error:
             if attempt == ATTEMPTS:
                 raise
+            if attempt == 1:
+                _tell(orders, clock, f"the drive is not safe yet, it is tried again: {error}")
             clock.sleep(QUICK_PAUSE_S if attempt < QUICK_ATTEMPTS else PAUSE_S)
         else:
             break

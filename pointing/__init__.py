@@ -3,8 +3,9 @@
 The names below are loaded when they are first used, so that `import pointing` costs nothing.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from pointing.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from pointing.catalogue import find
@@ -85,7 +86,4 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module 'pointing' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = lazy_names(__name__, _HOME)

@@ -8,7 +8,7 @@ import random
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from math import radians
+from math import radians, remainder
 from typing import Any
 
 from clockdrive import Telescope, VirtualClock, simulators
@@ -41,6 +41,15 @@ class TrueAxis:
     @property
     def step_deg(self) -> Fraction:
         return 360 * self.ratio / 2000
+
+    @property
+    def zeros_apart_deg(self) -> float:
+        """How far an encoder zero at the centre count and one at count 0 differ where they preset the axis."""
+        return abs(remainder(float(2**23 * self.step_deg), 360.0))
+
+    @property
+    def encoder_step_deg(self) -> float:
+        return 360.0 / 2**self.encoder_bits
 
 
 @dataclass(frozen=True)
@@ -204,7 +213,7 @@ def wrong_keys(truth: Truth) -> dict[str, object]:
     for number, axis in enumerate(truth.axes, start=1):
         true = {"reversed": axis.reversed, "encoder_reversed": axis.encoder_reversed,
                 "encoder_bits": axis.encoder_bits}  # fmt: skip
-        if axis.encoder_bits:
+        if axis.encoder_bits and axis.zeros_apart_deg > axis.encoder_step_deg:  # else both preset the same position
             true["encoder_zero_at"] = truth.simulator.get("encoder_zero_at", "centre")
         found |= {f"axis{number}.{k}": v for k, v in true.items() if values[f"axis{number}.{k}"] != v}
         if axis.ratio != Fraction("1/285") * Fraction("16/40"):

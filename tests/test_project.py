@@ -25,6 +25,29 @@ CLOCKS = {  # what takes the time instead of being given it
     "date": {"today"},
     "Time": {"now"},
 }
+OF_POSIX = ("fcntl", "grp", "pty", "pwd", "resource", "syslog", "termios", "tty")
+AS_ON_WINDOWS = """
+import builtins, importlib, os, sys, types
+packages, blocked, real = sys.argv[1].split(","), set(sys.argv[2].split(",")), builtins.__import__
+for module in sys.argv[3:]:
+    importlib.import_module(module)  # with all that others need, whatever their system
+
+def asked(name, globals=None, *args):
+    importer = (globals or {}).get("__name__", "").split(".")[0]
+    if importer in packages and name.split(".")[0] in blocked:
+        raise ModuleNotFoundError(f"{importer} asks for {name}")
+    return real(name, globals, *args)
+
+for name in [name for name in sys.modules if name.split(".")[0] in packages]:
+    del sys.modules[name]
+for name in ("fork", "killpg", "openpty", "getsid", "getuid"):
+    delattr(os, name)
+builtins.__import__, sys.platform = asked, "win32"
+sys.modules["msvcrt"] = types.SimpleNamespace(locking=None, LK_NBLCK=2)
+for module in sys.argv[3:]:
+    importlib.import_module(module)
+print(len(sys.argv[3:]))
+"""
 UNFINISHED = re.compile(r"\b(TO[D]O|FIX[M]E|X[X]X|NotImplemented[E]rror|x[f]ail)\b")
 MACHINE = re.compile(
     r"(?<![\w.])/(wor[k]|tm[p]|roo[t]|hom[e])/|https?://(localhost|[\w.-]*(pyp[i]|npmj[s]|proxy\.golan[g]))"
@@ -33,6 +56,25 @@ MACHINE = re.compile(
 
 def sources(package: ModuleType) -> list[Path]:
     return sorted(Path(str(files(package))).rglob("*.py"))
+
+
+def modules() -> list[str]:
+    """Every module of the four packages; a package's main program is not imported but run."""
+    return [
+        ".".join((package.__name__, *path.relative_to(Path(str(files(package)))).with_suffix("").parts)).removesuffix(
+            ".__init__"
+        )
+        for package in PACKAGES
+        for path in sources(package)
+        if path.stem not in {"__main__", "dead_man"}
+    ]
+
+
+def test_every_module_is_imported_as_on_windows_without_anything_of_posix() -> None:
+    command = [sys.executable, "-c", AS_ON_WINDOWS, ",".join(p.__name__ for p in PACKAGES), ",".join(OF_POSIX)]
+    done = subprocess.run([*command, *modules()], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-1000:]
+    assert int(done.stdout) > 100
 
 
 def clocks_read(source: Path) -> list[str]:

@@ -8,23 +8,22 @@ import os
 import select
 import socket
 import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 from urllib.parse import urlsplit
 
 from transports.errors import LinkError
 from transports.link import Clock
 from transports.memory import BITS_PER_BYTE, Device
 from transports.open_link import host_and_port
+from transports.running import Running
 
 CHUNK = 4096
 ALLOWED = "tcp://127.0.0.1:10001 (port 0 takes a free one), pty: or pty:PATH"
 
 
-class Server(ABC):
-    """A device being served, from `start` to `close`; also a context manager."""
+class Server(Running):
+    """A device being served."""
 
     def __init__(self, device: Device, clock: Clock, baud: int | None) -> None:
         self._device = device
@@ -59,15 +58,6 @@ class Server(ABC):
             self._thread.join()
         self._wake.close()
         self._release()
-
-    def __enter__(self) -> Self:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _answer(self, data: bytes) -> bytes:
         """Return the device's answer, each way taking its line time."""

@@ -68,9 +68,9 @@ class Owning:
         return dict(result) if isinstance(result, Mapping) else {}
 
 
-def configuration_of(path: str | None) -> Configuration:
+def configuration_of(path: str | None, *, with_files: bool = False) -> Configuration:
     """Load the configuration and say what must be said of it."""
-    configuration = load(path)
+    configuration = load(path, with_files=with_files)
     if configuration.notice:
         print(f"clockdrive: {configuration.notice}", file=sys.stderr)
     return configuration

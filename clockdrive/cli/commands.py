@@ -13,7 +13,7 @@ from clockdrive.cli.backend import Backend, backend, configuration_of, interrupt
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
 from clockdrive.configuration_keys import DRIVE_KINDS
-from clockdrive.errors import ConfigurationError, InputError, Refused
+from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
 
@@ -203,9 +203,7 @@ def config(args: argparse.Namespace) -> None:
     from clockdrive import assembly  # noqa: PLC0415 - as in `plan`
     from pointing.kernel import kernel  # noqa: PLC0415 - likewise
 
-    configuration = configuration_of(args.config)
-    if missing := configuration.missing_files():
-        raise ConfigurationError(configuration.source, missing)
+    configuration = configuration_of(args.config, with_files=True)
     assembly.planner(configuration)
     if configuration.targets.kernel is not None:
         kernel(configuration.targets.kernel)
@@ -247,30 +245,28 @@ def report(args: argparse.Namespace) -> None:
 
     path = write_report(Path(args.output), args.config)
     _show(
-        args, {"ok": True, "file": str(path)}, lambda found: f"wrote {found['file']}; it holds no passwords or keys"
+        args,
+        {"ok": True, "file": str(path)},
+        lambda found: (
+            f"wrote {found['file']}, with your configuration file as it is: look through it before you give it away"
+        ),
     )
 
 
 def _track(telescope: Backend, seconds: float | None, *, quiet: bool) -> None:
     """Show a live line while the telescope tracks, or does what another command asks; end with what ended it."""
     end = math.inf if seconds is None else time.monotonic() + seconds
-    last = ""
     try:
-        while time.monotonic() < end:
-            found = telescope.call("status")
-            if not quiet:
-                line = display.live_line(found)
-                print(f"\r{line:<{len(last)}}", end="", file=sys.stderr, flush=True)
-                last = line
-            if found["doing"] in {"idle", "parked"}:
-                raise Refused(found["trouble"] or "the telescope was stopped by another command")
-            time.sleep(max(0.0, min(1.0, end - time.monotonic())))
+        with display.live(quiet=quiet) as show:
+            while time.monotonic() < end:
+                found = telescope.call("status")
+                show(found)
+                if found["doing"] in {"idle", "parked"}:
+                    raise Refused(found["trouble"] or "the telescope was stopped by another command")
+                time.sleep(max(0.0, min(1.0, end - time.monotonic())))
     except KeyboardInterrupt:
         telescope.call("stop")
         raise
-    finally:
-        if not quiet:
-            print(file=sys.stderr)
     telescope.call("stop")
     if not quiet:
         print("stopped", file=sys.stderr)

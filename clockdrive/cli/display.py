@@ -16,10 +16,22 @@ def as_json(answer: Mapping[str, Any]) -> None:
 
 @contextmanager
 def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
-    """A bar with the remaining time on stderr, for the events of a slew."""
+    """A bar with the remaining time on stderr, for the events of a slew; in a file a line for each slew."""
     if quiet:
         yield lambda event: None  # noqa: ARG005 - nobody looks
-        return
+    elif not sys.stderr.isatty():
+        yield _lines(lambda event: f"slewing to {event['target']}", _slew_line)
+    else:
+        with _bar() as show:
+            yield show
+
+
+def _slew_line(event: Mapping[str, Any]) -> str:
+    return f"slewing to {event['target']}: {float(event['remaining_s']):.1f} s left"
+
+
+@contextmanager
+def _bar() -> Iterator[OnEvent]:
     from rich.console import Console  # noqa: PLC0415 - only what moves needs it
     from rich.progress import BarColumn, Progress, TextColumn  # noqa: PLC0415 - likewise
 
@@ -100,6 +112,46 @@ _CUT = {"begun": "up already", "unfinished": "still up"}
 
 def _clock(moment: Mapping[str, Any]) -> str:
     return str(moment["utc"])[5:21].replace("T", " ")
+
+
+@contextmanager
+def live(*, quiet: bool) -> Iterator[OnEvent]:
+    """A line on stderr that follows the status; in a file a line whenever the telescope does something else."""
+    if quiet:
+        yield lambda status: None  # noqa: ARG005 - nobody looks
+    elif not sys.stderr.isatty():
+        yield _lines(lambda status: (status["doing"], status.get("coming_to_rest"), status.get("target")), live_line)
+    else:
+        try:
+            yield _overwriting(live_line)
+        finally:
+            print(file=sys.stderr)
+
+
+def _lines(state: Callable[[Mapping[str, Any]], object], text: Callable[[Mapping[str, Any]], str]) -> OnEvent:
+    """Print a line whenever the state is another one."""
+    last: object = None
+
+    def show(event: Mapping[str, Any]) -> None:
+        nonlocal last
+        if (now := state(event)) != last:
+            print(text(event), file=sys.stderr, flush=True)
+            last = now
+
+    return show
+
+
+def _overwriting(text: Callable[[Mapping[str, Any]], str]) -> OnEvent:
+    """Print each line over the one before."""
+    width = 0
+
+    def show(event: Mapping[str, Any]) -> None:
+        nonlocal width
+        line = text(event)
+        print(f"\r{line:<{width}}", end="", file=sys.stderr, flush=True)
+        width = len(line)
+
+    return show
 
 
 def plan_text(answer: Mapping[str, Any]) -> str:

@@ -1,7 +1,12 @@
-"""Finding out what a mount really is: guided small moves that test every assumption against a witness."""
+"""Finding out what a mount really is: guided small moves that test every assumption against a witness.
 
-from importlib import import_module
+The names below are loaded when they are first used: the mathematics behind them takes a while, and no other command
+needs it.
+"""
+
 from typing import TYPE_CHECKING
+
+from pointing.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from clockdrive.commission.run import Commissioning, Stage, steps_of
@@ -18,11 +23,15 @@ __all__ = [
     "witness_of",
 ]
 
-_OF_RUN = {"Commissioning", "Stage", "steps_of"}
+_HOME = {
+    "CommandWitness": "clockdrive.commission.witness",
+    "Commissioning": "clockdrive.commission.run",
+    "SimulatedSky": "clockdrive.commission.witness",
+    "SkyWitness": "clockdrive.commission.witness",
+    "Stage": "clockdrive.commission.run",
+    "TypedWitness": "clockdrive.commission.witness",
+    "steps_of": "clockdrive.commission.run",
+    "witness_of": "clockdrive.commission.witness",
+}
 
-
-def __getattr__(name: str) -> object:
-    """Load what is asked for: the mathematics behind it takes a while, and no other command needs it."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{'run' if name in _OF_RUN else 'witness'}"), name)
+__getattr__ = lazy_names(__name__, _HOME)

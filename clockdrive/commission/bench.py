@@ -6,23 +6,18 @@ may be what it is about to find out.
 """
 
 import math
-import tomllib
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from clockdrive.commission.witness import Sighting, SkyWitness, WitnessError
 from clockdrive.configuration import Configuration
-from clockdrive.configuration_keys import KEYS
 from clockdrive.control import Steps
 from clockdrive.errors import Refused
 from clockdrive.session import Session
 from clockdrive.state import Activity
-from mounts.commissioning import Encoder, Step
+from mounts.commissioning import Encoder, Move, Step
 from mounts.drive import AxisSlew, Drive, Reading
 from pointing.errors import Unreachable
 from pointing.limits import separation
@@ -90,6 +85,7 @@ class CommissioningBench:
         """True over configured size of a move, above 1, once it is known; moves are made so much smaller."""
         self.encoder_words: tuple[set[int], set[int]] = (set(), set())
         self.encoder_senses: list[tuple[float, float] | None] = [None, None]
+        self.position_errors_deg: tuple[float | None, float | None] = (None, None)
         self._step: Step | None = None
         self._origin = (0.0, 0.0)
         self.moved = False
@@ -106,16 +102,6 @@ class CommissioningBench:
         """The value of a configuration key."""
         return self._written.get(dotted, self._configuration.values[dotted])
 
-    def teeth(self, dotted: str) -> tuple[int, int]:
-        """A gear's teeth as somebody wrote them, not reduced: 16/40 has other wheels than 2/5."""
-        value, text = self.configured(dotted), _as_written(self._configuration, dotted)
-        if text:
-            top, _, bottom = text.partition("/")
-            with suppress(ValueError, ZeroDivisionError):
-                if Fraction(int(top), int(bottom)) == value:
-                    return int(top), int(bottom)
-        return value.numerator, value.denominator
-
     def counts_per_deg(self, axis: int) -> float:
         """Counts of a degree of axis 0 or 1 by the configured gears."""
         return 1.0 / self.session.planner.axes[axis].gearing.step_deg_float
@@ -123,6 +109,10 @@ class CommissioningBench:
     def encoder_sense(self, axis: int) -> tuple[float, float] | None:
         """Encoder turns for one count, with sign, and the relative uncertainty, once measured."""
         return self.encoder_senses[axis]
+
+    def position_error_deg(self, axis: int) -> float | None:
+        """How far the sky was seen from the position, degrees of axis 0 or 1; None where nobody saw it."""
+        return self.position_errors_deg[axis]
 
     # Beginning -------------------------------------------------------------------------------------------------
 
@@ -147,11 +137,15 @@ class CommissioningBench:
                 "horizon and Sun could not be kept. A rough `sync` on a bright star is enough"
             )
         self._origin = self.session.planner.angles(self.session.start().counts)
-        self._require_room(math.radians(step.bound_deg), f"`{step.name}` needs {step.bound_deg:g}° to all sides")
+        self._require_room(step)
 
-    def _require_room(self, bound: float, needs: str) -> None:
+    def _require_room(self, step: Step) -> None:
+        """Plan to all corners of the step's bound; where one axis moves at a time, to the ends of each alone."""
         start, timing = self.session.start(), self.session.timing()
+        bound, needs = math.radians(step.bound_deg), f"`{step.name}` needs {step.bound_deg:g}° to all sides"
         for signs in product((-1.0, 0.0, 1.0), repeat=2):
+            if all(signs) and not step.together:
+                continue
             angles = self._origin[0] + signs[0] * bound, self._origin[1] + signs[1] * bound
             try:
                 self.session.planner.plan_axes("its bound", angles, start, timing)
@@ -160,15 +154,8 @@ class CommissioningBench:
 
     # Moving ----------------------------------------------------------------------------------------------------
 
-    def move(
-        self,
-        offsets_deg: Sequence[float],
-        *,
-        top_deg_s: float | None = None,
-        rates_after_deg_s: Sequence[float] = (0.0, 0.0),
-        until_s: float | None = None,
-    ) -> Steps[list[Reading]]:
-        """Go to offsets from the step's origin, within its reach; return the readings on the way.
+    def move(self, move: Move) -> Steps[list[Reading]]:
+        """Go to a place within the step's reach; return the readings on the way.
 
         Raises
         ------
@@ -176,11 +163,11 @@ class CommissioningBench:
             A safety rule, the drive or the link ends it; the telescope was stopped.
         """
         session, step = self.session, self._step
-        if step is None or max(map(abs, offsets_deg)) > step.reach_deg * 1.000001:
-            raise Refused(f"a move to {tuple(offsets_deg)}° is beyond the reach of this step")
+        if step is None or not step.reaches(move):
+            raise Refused(f"a move to {move.offsets_deg}° is beyond the reach of this step")
         session.poll()
-        tops = [None if top_deg_s is None else top_deg_s * self.counts_per_deg(i) for i in (0, 1)]
-        plan = self._planned(step.name, offsets_deg, tops)
+        tops = [None if move.top_deg_s is None else move.top_deg_s * self.counts_per_deg(i) for i in (0, 1)]
+        plan = self._planned(step.name, move.offsets_deg, tops)
         one, two = plan.axes
         session.begin(
             Activity(
@@ -195,14 +182,14 @@ class CommissioningBench:
         self.moved = True
         slews = [
             AxisSlew(axis.target_counts, rate * self.counts_per_deg(i), tops[i])
-            for i, (axis, rate) in enumerate(zip(plan.axes, rates_after_deg_s, strict=True))
+            for i, (axis, rate) in enumerate(zip(plan.axes, move.rates_after_deg_s, strict=True))
         ]
         began = session.drive.start(slews, session.clock.now())
         session.remember()
-        if until_s is not None:
-            return (yield from self._stopped_at(began + until_s))
+        if move.until_s is not None:
+            return (yield from self._stopped_at(began + move.until_s))
         readings = yield from self._landing(plan)
-        if not any(rates_after_deg_s):
+        if not any(move.rates_after_deg_s):
             self._require_landed(plan, readings[-1])
         return readings
 
@@ -303,44 +290,36 @@ class CommissioningBench:
         WitnessError
             The witness fails, or contradicts the position by more than can be.
         """
+        seen = self.glance()
+        if self.witness is None:
+            return seen
+        sighting = yield from self.witness.look()
+        return replace(seen, sky_deg=self._axis_angles(sighting, seen.counts), sigma_arcsec=sighting.sigma_arcsec)
+
+    def glance(self) -> Seen:
+        """See where the axes are by position and encoders alone; the telescope rests."""
         reading = self.session.synchronised()
         encoders = self.encoders()
         for words, encoder in zip(self.encoder_words, encoders, strict=True):
             if encoder is not None:
                 words.add(encoder.word)
-        if self.witness is None:
-            return Seen(_counts(reading), None, 0.0, encoders)
-        sighting = yield from self.witness.look()
-        return Seen(_counts(reading), self._axis_angles(sighting, reading), sighting.sigma_arcsec, encoders)
+        return Seen(_counts(reading), None, 0.0, encoders)
 
-    def _axis_angles(self, sighting: Sighting, reading: Reading) -> tuple[float, float]:
+    def _axis_angles(self, sighting: Sighting, counts: tuple[float, float]) -> tuple[float, float]:
         planner = self.session.planner
-        here = planner.observed(_counts(reading))
+        here = planner.observed(counts)
         apart = separation(here, sighting.observed)
         if not apart <= _FAR_OFF:
             raise WitnessError(
                 f"the witness sees the telescope {math.degrees(apart):.1f}° from its position, at most "
                 f"{math.degrees(_FAR_OFF):g}° can be explained; check time, site and image, or `sync` on what it sees"
             )
-        believed = planner.angles(_counts(reading))
+        believed = planner.angles(counts)
         one, two = planner.mount.axes(sighting.observed, planner.mount.posture(believed[1]))
         return tuple(  # type: ignore[return-value]  # two axes
             math.degrees(near + math.remainder(angle - near, math.tau))
             for angle, near in zip((one, two), believed, strict=True)
         )
-
-
-def _as_written(configuration: Configuration, dotted: str) -> str:
-    """The text of a value in the file, or of its default; empty where it came another way."""
-    origin = configuration.origins[dotted]
-    if origin == "default":
-        return next((key.default for key in KEYS if key.dotted == dotted and isinstance(key.default, str)), "")
-    if origin == "file":
-        with suppress(OSError, ValueError):
-            section, _, name = dotted.rpartition(".")
-            tables = tomllib.loads(Path(configuration.source).read_text(encoding="utf-8"))
-            return str(tables.get(section, {}).get(name, ""))
-    return ""
 
 
 def _counts(reading: Reading) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from clockdrive.control import Steps
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.session import Session
 from clockdrive.state import Event
-from mounts.commissioning import Finding, Step
+from mounts.commissioning import BACK, Finding, Step
 from mounts.errors import DriveError
 from pointing.errors import Unreachable
 from transports.errors import TransportError
@@ -116,6 +116,8 @@ class Commissioning:
 
     def _taken(self, step: Step) -> Steps[list[Finding]]:
         """Take one step, and leave the telescope at rest with its own registers whatever happens."""
+        if not step.applies(self._bench):
+            return []
         if step.moves and self._still_only:
             return [Finding(step.name, "untested", f"nothing is moved: {self._still_only}")]
         done = False
@@ -136,7 +138,7 @@ class Commissioning:
     def _returned(self, step: Step) -> Steps[list[Finding]]:
         """Go back to where a step began that was broken off."""
         try:
-            yield from self._bench.move((0.0, 0.0))
+            yield from self._bench.move(BACK)
         except (DriveError, TransportError, Unreachable) as error:
             self._still_only = f"the step `{step.name}` could not be taken back ({error})"
             self._leave(stopped=False)

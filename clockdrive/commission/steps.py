@@ -6,11 +6,20 @@ uncertainty are differences; nothing else is written anywhere.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from clockdrive.commission.bench import CommissioningBench, Seen
+from clockdrive.commission.encoders import (
+    LONG_WAY,
+    bits_finding,
+    encoder_line,
+    keep_sense,
+    ratio_finding,
+    sense_findings,
+)
 from clockdrive.commission.gears import SIGNIFICANCE, Line, Point, candidates, fitted, measured_gear
 from clockdrive.control import Steps
-from mounts.commissioning import Encoder, Finding, Step, judged
+from mounts.commissioning import BACK, Finding, Move, Step, alone, judged
 from mounts.drive import Reading
 
 _SENSE_DEG = (0.1, 0.4)  # play is taken up on the way to the first
@@ -21,13 +30,13 @@ _TAKE_UP_DEG = 0.15
 _LOOKS = 4  # in each direction
 _MECHANICS_ARCSEC = 3.0  # of an axis that returns to the same phase of its worm
 _ALIGNMENT = math.radians(10.0 / 60.0)  # within which the first axis lies where the configuration says
-_ENCODER_BITS_SEEN = 8  # different readings, after which bits that never change are not there
-_READ_OFF = 0.4  # of an encoder's step: standard deviation of a reading
 _MOST_UNSURE = 0.05  # relative uncertainty of gears that is no answer any more
 _STOP_AFTER_S = 0.8
-_SPEED_REACH_DEG = 30.0
+_SPEED_REACH_DEG = 20.0  # to each side
 _SPEED_TOLERANCE = 0.02
-_CRUISE_S = 1.5
+_CRUISE_S = 2.5
+_LEAST_CRUISE_S = 0.4
+_STEADY = 1e-3  # by which an even speed changes from one reading to the next
 _NO_WITNESS = "no witness sees the sky; give --witness command:PROGRAM (a plate solver) or typed"
 
 
@@ -52,15 +61,25 @@ def _sense(bench: CommissioningBench) -> Steps[list[Finding]]:
     looks = []
     for k, offset in enumerate((0.0, *_SENSE_DEG)):
         if offset:
-            yield from bench.move((offset, offset))
+            yield from bench.move(Move((offset, offset)))
         looks.append((yield from bench.look()))
         if k == 1:
             _scale(bench, looks)
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
+    bench.position_errors_deg = _position_errors(bench, looks[0])
     findings = []
     for i in (0, 1):
         findings += _axis_sense(bench, i, looks[1], looks[2])
     return findings
+
+
+def _position_errors(bench: CommissioningBench, seen: Seen) -> tuple[float | None, float | None]:
+    """How far from its position each axis is seen where the step began, before any motion went astray."""
+    if seen.sky_deg is None:
+        return None, None
+    believed = bench.session.planner.angles(seen.counts)
+    one, two = (abs(sky - math.degrees(angle)) for sky, angle in zip(seen.sky_deg, believed, strict=True))
+    return one, two
 
 
 def _scale(bench: CommissioningBench, looks: Sequence[Seen]) -> None:
@@ -104,29 +123,7 @@ def _axis_sense(bench: CommissioningBench, i: int, first: Seen, second: Seen) ->
             right = sky * commanded > 0.0
             findings.append(Finding(subject, judged(right), said, key, configured, configured == right))
         bench.scales[i] = max(1.0, abs(sky / commanded))
-    return findings + _encoder_sense(bench, i, first, second, encoder)
-
-
-def _encoder_sense(
-    bench: CommissioningBench, i: int, first: Seen, second: Seen, turned: float | None
-) -> list[Finding]:
-    subject, key = f"axis{i + 1} encoder sense", f"axis{i + 1}.encoder_reversed"
-    configured = bool(bench.configured(key))
-    if turned is None:
-        if not bench.configured(f"axis{i + 1}.encoder_bits"):
-            return []
-        return [
-            Finding(subject, "untested", "the unit detects no encoder; check its plug, or set encoder_bits = 0", key)
-        ]
-    counts = second.counts[i] - first.counts[i]
-    commanded = counts / bench.counts_per_deg(i)
-    said = f"{counts:+.0f} counts turn the encoder by {turned:+.3f}°"
-    if abs(turned) < abs(commanded) / 5.0:
-        return [Finding(subject, "untested", f"{said}: hardly at all; check its coupling", key, configured)]
-    if bench.witness is None:
-        bench.scales[i] = max(1.0, abs(turned / commanded))
-    found = turned * commanded < 0.0
-    return [Finding(subject, judged(found == configured), said, key, configured, found)]
+    return findings + sense_findings(bench, i, first, second, encoder)
 
 
 def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
@@ -141,23 +138,24 @@ def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
         looks = []
         for direction, places in ((1, out), (-1, back)):
             for place in places:
-                yield from bench.move((place, 0.0) if i == 0 else (0.0, place))
+                yield from bench.move(alone(i, place))
                 looks.append((direction, (yield from bench.look())))
         findings += _gear_findings(bench, i, looks)
     return findings
 
 
 def _gear_findings(bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen]]) -> list[Finding]:
-    sky, encoder = _sky_line(bench, i, looks), _encoder_line(bench, i, looks)
+    sky, encoder = _sky_line(bench, i, looks), encoder_line(bench, i, looks)
     findings = []
     if encoder is not None:
         line, bits = encoder
-        best = min((each for each in (line, sky) if each is not None), key=lambda each: each.sigma)
-        turned = math.copysign(best.slope, line.slope)
-        bench.encoder_senses[i] = turned / 360.0 / bench.counts_per_deg(i), SIGNIFICANCE * best.sigma / abs(turned)
-        findings.append(_bits_finding(bench, i, bits, looks))
+        bench.encoder_senses[i] = None
+        keep_sense(bench, i, line)
         if sky is not None:
-            ratio = _encoder_ratio(i, line, sky)
+            keep_sense(bench, i, replace(sky, slope=math.copysign(sky.slope, line.slope)))
+        findings.append(bits_finding(bench, i, bits, looks))
+        if sky is not None:
+            ratio = ratio_finding(i, line, sky)
             if ratio.verdict == "refuted":
                 bench.encoder_senses[i] = None
             findings.append(ratio)
@@ -191,52 +189,6 @@ def _cosine(seen: Seen, i: int) -> float:
     return 1.0 if i or seen.sky_deg is None else abs(math.cos(math.radians(seen.sky_deg[1])))
 
 
-def _encoder_line(
-    bench: CommissioningBench, i: int, looks: Sequence[tuple[int, Seen]]
-) -> tuple[Line, int | None] | None:
-    """What the encoder says of axis `i`, and how many bits it has, None when too few readings tell."""
-    bits = _bits(bench.encoder_words[i])
-    points = []
-    near = None
-    for direction, seen in looks:
-        encoder = seen.encoders[i]
-        if encoder is None:
-            return None
-        angle = 360.0 * _turns(encoder, bits or 16)
-        near = angle if near is None else near + math.remainder(angle - near, 360.0)
-        points.append(Point(seen.counts[i] / bench.counts_per_deg(i), near, direction))
-    line = fitted(points, _READ_OFF * 360.0 / 2 ** (bits or 16))
-    return (line, bits) if line.slope else None
-
-
-def _bits(words: set[int]) -> int | None:
-    """Bits of an encoder by its readings: of 14 the lowest two of the Gray code are never set."""
-    if len(words) < _ENCODER_BITS_SEEN:
-        return None
-    return 14 if not any((word ^ word >> 1) & 3 for word in words) else 16
-
-
-def _turns(encoder: Encoder, bits: int) -> float:
-    return float(encoder.word >> (16 - bits)) / (1 << bits)
-
-
-def _bits_finding(bench: CommissioningBench, i: int, bits: int | None, looks: Sequence[tuple[int, Seen]]) -> Finding:
-    subject, key = f"axis{i + 1} encoder bits", f"axis{i + 1}.encoder_bits"
-    configured = bench.configured(key)
-    if bits is None:
-        return Finding(subject, "untested", f"{len(looks)} looks showed too few different readings", key, configured)
-    detail = f"its readings have {bits} bits, the configuration says {configured}"
-    return Finding(subject, judged(bits == configured), detail, key, configured, bits)
-
-
-def _encoder_ratio(i: int, encoder: Line, sky: Line) -> Finding:
-    ratio = abs(encoder.slope / sky.slope)
-    sigma = math.hypot(encoder.sigma / encoder.slope, sky.sigma / sky.slope) if encoder.slope else math.inf
-    detail = f"the encoder turns {ratio:.4f} ± {sigma:.4f} times as far as the axis; it is taken as 1:1"
-    right = abs(ratio - 1.0) <= SIGNIFICANCE * sigma
-    return Finding(f"axis{i + 1} encoder ratio", judged(right), detail)
-
-
 def _gear_finding(bench: CommissioningBench, i: int, line: Line, by: str) -> Finding:
     """Compare with the configured gears; where they differ, find the teeth, else the ratio as measured."""
     axis = f"axis{i + 1}"
@@ -250,7 +202,7 @@ def _gear_finding(bench: CommissioningBench, i: int, line: Line, by: str) -> Fin
     if abs(ratio - 1.0) <= SIGNIFICANCE * sigma:
         return Finding(subject, "confirmed", said, f"{axis}.main_gear")
     main, secondary = bench.configured(f"{axis}.main_gear"), bench.configured(f"{axis}.secondary_gear")
-    teeth = candidates(bench.teeth(f"{axis}.main_gear"), bench.teeth(f"{axis}.secondary_gear"), ratio, sigma)
+    teeth = candidates(main.teeth, secondary.teeth, ratio, sigma)
     if not teeth:
         value = measured_gear(secondary, ratio, sigma)
         detail = f"{said}; no teeth near {main} and {secondary} explain it, so the ratio is given as measured"
@@ -269,9 +221,9 @@ def _play_finding(i: int, line: Line) -> Finding:
 
 def _stop(bench: CommissioningBench) -> Steps[list[Finding]]:
     """Send both axes off, stop them under way, and see how long and how far they go on."""
-    readings = yield from bench.move((4.0, 4.0), until_s=_STOP_AFTER_S)
+    readings = yield from bench.move(Move((4.0, 4.0), until_s=_STOP_AFTER_S))
     findings = [_stop_finding(bench, i, readings) for i in (0, 1)]
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     return findings
 
 
@@ -291,7 +243,7 @@ def _stop_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading]
 
 
 def _speed(bench: CommissioningBench) -> Steps[list[Finding]]:
-    """Let each axis reach its top speed and measure it."""
+    """Let each axis reach its top speed on the way from one side to the other, and measure it."""
     findings = []
     for i in (0, 1):
         model = bench.drive.slew_models[i]
@@ -299,19 +251,20 @@ def _speed(bench: CommissioningBench) -> Steps[list[Finding]]:
         subject = f"axis{i + 1} top speed"
         if needed is None:
             most = model.max_rate / bench.counts_per_deg(i)
-            why = f"{most:.2f}°/s is not reached within {_SPEED_REACH_DEG:g}°; it stays as configured"
+            why = f"{most:.2f}°/s is not reached within {2.0 * _SPEED_REACH_DEG:g}°; it stays as configured"
             findings.append(Finding(subject, "untested", why))
             continue
-        readings = yield from bench.move((needed, 0.0) if i == 0 else (0.0, needed))
+        yield from bench.move(alone(i, -needed / 2.0))
+        readings = yield from bench.move(alone(i, needed / 2.0))
         findings.append(_speed_finding(bench, i, readings))
-        yield from bench.move((0.0, 0.0))
+        yield from bench.move(BACK)
     return findings
 
 
 def _way_to_top_speed(bench: CommissioningBench, i: int) -> float | None:
     """Degrees of a move that keeps the top speed for a while."""
     model = bench.drive.slew_models[i]
-    for degrees in range(2, int(_SPEED_REACH_DEG) + 1):
+    for degrees in range(2, int(2.0 * _SPEED_REACH_DEG) + 1):
         travel = model.travel(0.0, degrees * bench.counts_per_deg(i) / bench.scales[i], 0.0, 0.0)
         middle, half = travel.duration / 2.0, _CRUISE_S / 2.0
         if travel.duration > _CRUISE_S:
@@ -323,31 +276,41 @@ def _way_to_top_speed(bench: CommissioningBench, i: int) -> float | None:
 
 def _speed_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading]) -> Finding:
     most = bench.drive.slew_models[i].max_rate
-    moving = [(r.time, r.axes[i].counts) for r in readings if r.axes[i].slewing]
-    rates = [
-        abs(there - here) / (later - time)
-        for k, (time, here) in enumerate(moving)
-        for later, there in moving[k + 1 :]
-        if 0.4 <= later - time <= 1.0
-    ]
     subject = f"axis{i + 1} top speed"
-    if not rates:
+    steady = _steady(readings, i)
+    if not steady or steady[-1].time - steady[0].time < _LEAST_CRUISE_S:
         return Finding(subject, "untested", "the link is too slow to see the axis at full speed; use a quicker one")
-    seen = max(rates) / bench.counts_per_deg(i)
-    detail = f"{seen:.3f}°/s by the configured gears; its register says {most / bench.counts_per_deg(i):.3f}°/s"
-    right = abs(max(rates) / most - 1.0) <= _SPEED_TOLERANCE
-    return Finding(subject, judged(right), detail)
+    first, last = steady[0], steady[-1]
+    rate = abs(last.axes[i].counts - first.axes[i].counts) / (last.time - first.time)
+    detail = (
+        f"{rate / bench.counts_per_deg(i):.3f}°/s by the configured gears; its register says "
+        f"{most / bench.counts_per_deg(i):.3f}°/s"
+    )
+    return Finding(subject, judged(abs(rate / most - 1.0) <= _SPEED_TOLERANCE), detail)
+
+
+def _steady(readings: Sequence[Reading], i: int) -> list[Reading]:
+    """The readings at the highest speed, as long as it was even.
+
+    While the speed changes, a position read over a slow link and carried on by a speed read later is off.
+    """
+    slewing = [reading for reading in readings if reading.axes[i].slewing]
+    top = max((abs(reading.axes[i].rate) for reading in slewing), default=0.0)
+    return [reading for reading in slewing if abs(reading.axes[i].rate) > (1.0 - _STEADY) * top]
 
 
 FIRST = (
     Step("sense", "which way axes and encoders turn", _sense, _SENSE_DEG[1], 2.0 * _SENSE_DEG[1]),
     Step("gearing", "gears, play, and the encoders' ratio and bits", _gearing, _GEARING_REACH_DEG,
-         1.25 * _GEARING_REACH_DEG, needs=("sense",)),
+         1.25 * _GEARING_REACH_DEG, needs=("sense",), together=False),
+    LONG_WAY,
     Step("stop", "how soon the axes stop", _stop, 4.0, 5.0, needs=("sense",)),
 )  # fmt: skip
 """Steps that come before those of the drive that need motion."""
 
 LAST = (
-    Step("speed", "true top speed", _speed, _SPEED_REACH_DEG, 1.25 * _SPEED_REACH_DEG, needs=("sense",)),
+    Step(
+        "speed", "true top speed", _speed, _SPEED_REACH_DEG, 1.25 * _SPEED_REACH_DEG, needs=("sense",), together=False
+    ),
     Step("link", "how long an exchange and a start take", _link),
 )

@@ -7,7 +7,7 @@ steps that stand still use what the unit shows of its registers; those that move
 import math
 from contextlib import suppress
 
-from mounts.commissioning import Bench, Encoder, Finding, Step, Steps, judged
+from mounts.commissioning import BACK, Bench, Encoder, Finding, Move, Step, Steps, alone, judged
 from mounts.errors import DriveError
 from mounts.tc410.drive import TC410
 from mounts.tc410.registers import CENTRE, by_name
@@ -20,9 +20,11 @@ _SPEED_DEG_S = 0.2  # asked of the maximum speed register, and reached within ha
 _CRUISE_S = (0.6, 3.5)  # since the start, between which the speed is measured
 _SPEED_REACH_DEG = 1.0
 _SPEED_TOLERANCE = 0.1
-_ZERO_TOLERANCE = 2.0 / 360.0  # turns: a synchronisation may be off by so much
+_UNSEEN_DEG = 2.0  # by which a position may be off that nobody compared with the sky
+_SYNC_DEG = 0.1  # left by a synchronisation on a star: alignment, flexure, centring
 _TRACK_DEG_S = 0.0125  # after a slew: 50 counts/s in the manual's gearing
 _TRACK_S = 4.0
+_MOST_UNSURE_DEG = 20.0  # beyond which an encoder that fits fits by chance
 _SAME_ACCELERATION = 1.0  # per cent
 _SAME_LANDING_S = 0.05
 _SLEW = by_name("velocity_control").mask("slew_to_target")
@@ -108,14 +110,12 @@ def _speed_register(bench: Bench) -> Steps[list[Finding]]:
     findings = []
     drive: TC410 = bench.drive
     for i, axis in enumerate(_AXES):
-        offsets = [0.0, 0.0]
-        offsets[i] = _SPEED_REACH_DEG
-        readings = yield from bench.move(offsets, top_deg_s=_SPEED_DEG_S, until_s=_CRUISE_S[1])
+        readings = yield from bench.move(alone(i, _SPEED_REACH_DEG, top_deg_s=_SPEED_DEG_S, until_s=_CRUISE_S[1]))
         began = readings[0].time
         cruise = [(r.time, r.axes[i].counts) for r in readings if r.axes[i].slewing and r.time > began + _CRUISE_S[0]]
         asked = min(_SPEED_DEG_S * bench.counts_per_deg(i), drive.slew_models[i].max_rate)
         findings.append(_speed_finding(axis, asked, cruise))
-        yield from bench.move((0.0, 0.0))
+        yield from bench.move(BACK)
     return findings
 
 
@@ -135,9 +135,9 @@ def _speed_finding(axis: int, asked: float, cruise: list[tuple[float, float]]) -
 
 
 def _slew_bit(bench: Bench) -> Steps[list[Finding]]:
-    yield from bench.move((0.1, 0.1))
+    yield from bench.move(Move((0.1, 0.1)))
     control = int(bench.drive.unit.read("velocity_control")["velocity_control"])
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     clears = not control & _SLEW
     word = "clears itself" if clears else "stays set"
     detail = f"the bit that starts a slew {word} when the slew has ended; either way it is written 0, then 1"
@@ -148,10 +148,10 @@ def _idle(bench: Bench) -> Steps[list[Finding]]:
     """Slews whose axes land at different times, and track on: which shows when tracking resumes, and the landing."""
     rates = (_TRACK_DEG_S, _TRACK_DEG_S)
     for place in ((3.0, 0.4), (2.7, 3.4), (0.2, 3.1), (0.5, 0.1)):
-        yield from bench.move(place, rates_after_deg_s=rates)
+        yield from bench.move(Move(place, rates_after_deg_s=rates))
         yield from bench.wait(_TRACK_S)
         yield from bench.halt()
-    yield from bench.move((0.0, 0.0))
+    yield from bench.move(BACK)
     return [_idle_finding(bench), *_law_findings(bench)]
 
 
@@ -204,26 +204,42 @@ def _zero_finding(bench: Bench, i: int, encoder: Encoder) -> Finding:
     known, configured = bench.encoder_sense(i), bench.configured(key)
     unit: Unit = bench.drive.unit
     zero = unit.read(f"axis{axis}_encoder_zero")[f"axis{axis}_encoder_zero"] / 0x10000
+    apart = abs(math.remainder(CENTRE / bench.counts_per_deg(i), 360.0))
+    step = 360.0 / 2 ** (bench.configured(f"axis{axis}.encoder_bits") or 16)
+    if apart < step:
+        why = f"with these gears centre and count 0 lie whole turns apart, to {apart:.4f}°: either means the same"
+        return Finding(subject, "confirmed", why, key, configured, configured)
     if known is None:
-        return Finding(subject, "untested", "the encoder's sense is not known; run the step `gearing` as well", key)
+        return Finding(
+            subject,
+            "untested",
+            "the encoder's sense is not known, as the step `gearing` found no ratio: see why",
+            key,
+        )
     if not zero:
         return Finding(subject, "untested", "the unit's encoder zero is 0, as never set; set it after a `sync`", key)
-    per_count, relative = known
     counts = unit.read(f"axis{axis}_position")[f"axis{axis}_position"]
-    fits = {}
-    for name, origin in (("centre", CENTRE), ("zero", 0)):
-        turned = (counts - origin) * per_count
-        off = abs(math.remainder(encoder.turns - zero - turned, 1.0))
-        allowed = _ZERO_TOLERANCE + abs(turned) * relative
-        fits[name] = off < allowed, 360.0 * off, 360.0 * allowed
-    said = "; ".join(f"zero at {name}: off by {off:.2f}° of {most:.2f}°" for name, (_, off, most) in fits.items())
-    matching = [name for name, (fit, _, most) in fits.items() if fit and most < 20.0]
+    fits = {
+        name: _zero_fit(encoder.turns - zero, (counts - origin) * known[0], known[1], _position_margin(bench, i))
+        for name, origin in (("centre", CENTRE), ("zero", 0))
+    }
+    said = "; ".join(f"zero at {name}: off by {off:.3f}° of {most:.3f}°" for name, (off, most) in fits.items())
+    matching = [name for name, (off, most) in fits.items() if off < most < _MOST_UNSURE_DEG]
     if len(matching) != 1:
-        return Finding(
-            subject, "untested", f"the encoder does not decide it ({said}); `sync`, then run it again", key
-        )
-    verdict = judged(matching[0] == configured)
-    return Finding(subject, verdict, said, key, configured, matching[0])
+        why = f"the encoder does not decide it ({said}); `sync` on a star, then run it again with --witness"
+        return Finding(subject, "untested", why, key)
+    return Finding(subject, judged(matching[0] == configured), said, key, configured, matching[0])
+
+
+def _zero_fit(read: float, turned: float, relative: float, margin_deg: float) -> tuple[float, float]:
+    """How far an encoder stands from where it would with one zero, and how far it may, degrees."""
+    return 360.0 * abs(math.remainder(read - turned, 1.0)), margin_deg + 360.0 * abs(turned) * relative
+
+
+def _position_margin(bench: Bench, i: int) -> float:
+    """How far the position may be off, degrees: as the witness saw it, and when the zero was stored."""
+    seen = bench.position_error_deg(i)
+    return _UNSEEN_DEG if seen is None else _SYNC_DEG + seen
 
 
 _UNTESTABLE = (

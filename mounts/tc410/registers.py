@@ -155,10 +155,8 @@ class Register:
         low, high = self.conversion.lowest, self.conversion.highest
         raw = self.conversion.raw(value) if math.isfinite(value) else high + 1
         if not low <= raw <= high:
-            bounds = f"{self.conversion.value(low):g} to {self.conversion.value(high):g}"
-            raise RegisterError(
-                f"{self.name}: {value:g} is outside {bounds} {self.unit}; choose a value within".strip()
-            )
+            bounds = f"{self.conversion.value(low):g} to {self.conversion.value(high):g} {self.unit}".strip()
+            raise RegisterError(f"{self.name}: {value:g} is outside {bounds}; choose a value within")
         if self.conversion is GRAY:
             raw = binary_to_gray(raw)
         if self.conversion is COUNTS and position_format == "left":

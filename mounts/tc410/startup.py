@@ -112,7 +112,8 @@ def _differences(found: dict[str, float], expected: list[tuple[str, float]]) -> 
     for name, value in expected:
         row = by_name(name)
         if row.encode(found[name]) != row.encode(value):
-            notes.append(f"{name}: the unit has {found[name]:g} {row.unit}, the configuration {value:g} {row.unit}")
+            unit = f" {row.unit}" if row.unit else ""
+            notes.append(f"{name}: the unit has {found[name]:g}{unit}, the configuration {value:g}{unit}")
     return notes
 
 

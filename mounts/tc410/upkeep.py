@@ -5,14 +5,17 @@ A register by which the telescope would move, or by which its position would com
 by hand: only commands that check the way set them. Whatever is written is read back.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from mounts.errors import DriveRefused
+from mounts.tc410.input_modes import LOGARITHMIC, MODES, MOST_SHIFT
 from mounts.tc410.motors import MOST_A
 from mounts.tc410.registers import DRIVE_TYPES, MOUNT_TYPES, REGISTERS, Register, by_name
 from mounts.tc410.unit import Unit, Values
 
+_NOTHING: Mapping[str, float] = MappingProxyType({})
 _MOST_WORDS = 12  # of one request: a telescope that tracks must not wait long for its next velocity
 _CONTROL = by_name("velocity_control")
 _HOST = _CONTROL.mask("slew_to_target", "remote_control", "tracking")
@@ -25,6 +28,8 @@ ACTIONS = {
     "load_configuration": "`drive reload --yes`",
 }
 """The command in place of each register that is an action."""
+
+_FAN_START, _FAN_STOP = "fan_start_temperature", "fan_stop_temperature"
 
 _PROPERLY = {  # by the end of the name
     "power": "`drive power on` and `drive power standby` switch it, and stop the telescope first",
@@ -105,8 +110,19 @@ class Upkeep:
             shown |= {row.name: _shown(row, found) for row in rows}
         return tuple(shown.values())
 
-    def write(self, name: str, value: float, *, force: bool = False) -> Shown:
+    def write(self, name: str, value: float, *, force: bool = False, beside: Mapping[str, float] = _NOTHING) -> Shown:
         """Write a register and read it back.
+
+        Parameters
+        ----------
+        name : str
+            The register's.
+        value : float
+            In its unit.
+        force : bool
+            Write also what another command does properly.
+        beside : mapping
+            Values of other registers that are written with it, and judged in place of the unit's own.
 
         Raises
         ------
@@ -117,6 +133,8 @@ class Upkeep:
         """
         row = by_name(name)
         self._check(row, value, force=force)
+        if row.name in {_FAN_START, _FAN_STOP}:
+            self._check_fan(row.name, value, beside)
         words = row.encode(value, self._unit.position_format)
         self._about_to_write(row, words)
         if row.kind == "coil":
@@ -153,6 +171,11 @@ class Upkeep:
         row.encode(value, self._unit.position_format)
         if row is _CONTROL:
             self._check_control(int(value))
+        if row.name in {"joystick_mode", "autoguider_mode"} and value not in MODES:
+            raise DriveRefused(
+                f"{row.name} = {value:g}: allowed 0 to {MOST_SHIFT}, a shift of the linear range, or {LOGARITHMIC}, "
+                "logarithmic; nothing would move perceptibly with another"
+            )
         if row.name.endswith("_motor_current"):
             self._check_current(row, value)
 
@@ -164,6 +187,14 @@ class Upkeep:
                 f"velocity_control = {word}: {', '.join(changed)} would change, which is never done by hand; "
                 f"{_PROPERLY[_CONTROL.name]}"
             )
+
+    def _check_fan(self, name: str, value: float, beside: Mapping[str, float]) -> None:
+        other = _FAN_STOP if name == _FAN_START else _FAN_START
+        there = beside[other] if other in beside else self._unit.read(other)[other]
+        if value != there and (value > there) == (name == _FAN_START):
+            return
+        where = "above" if name == _FAN_START else "below"
+        raise DriveRefused(f"{name} = {value:g} °C: allowed {where} {other} = {there:g} °C; change that one first")
 
     def _check_current(self, row: Register, value: float) -> None:
         kind = int(self._unit.read(f"axis{row.axis}_drive_type")[f"axis{row.axis}_drive_type"])

@@ -1,7 +1,9 @@
 """A configuration is right as a whole or refused as a whole, with key, value and allowed range."""
 
 import contextlib
+import copy
 import dataclasses
+import pickle
 import subprocess
 import sys
 import time
@@ -42,10 +44,33 @@ def test_the_example_of_the_design_loads_unchanged(shared, tmp_path):
     assert configuration.axes[0].secondary_gear == Fraction(2, 5)
     assert configuration.weather.pressure_hpa == 1010.0
     assert configuration.mount.pointing_model == tmp_path / "model.mod"
-    (missing,) = configuration.missing_files()
-    assert missing.startswith(f"mount.pointing_model = {tmp_path / 'model.mod'}: there is no such file")
     assert configuration.axes[1].centre_deg == -42.4
     assert configuration.drive.link == "tcp://127.0.0.1:10001"
+
+
+def test_missing_files_are_told_with_all_else_that_is_wrong_where_files_are_asked_for(tmp_path):
+    path = tmp_path / "telescope.toml"
+    path.write_text(
+        '[site]\nlatitude_deg = 91\n[mount]\npointing_model = "model.mod"\n[limits]\nhorizon = "trees.csv"\n',
+        encoding="utf-8",
+    )
+    with pytest.raises(ConfigurationError) as caught:
+        load(path, {}, with_files=True)
+    trees, model, latitude = sorted(caught.value.problems)
+    assert latitude.startswith("site.latitude_deg = 91: allowed")
+    assert model.startswith(f"mount.pointing_model = {tmp_path / 'model.mod'}: there is no such file")
+    assert trees.startswith(f"limits.horizon = {tmp_path / 'trees.csv'}: there is no such file")
+    path.write_text('[mount]\npointing_model = "model.mod"\n', encoding="utf-8")
+    assert load(path, {}).mount.pointing_model == tmp_path / "model.mod"
+
+
+def test_gears_keep_the_teeth_that_they_are_written_with(tmp_path):
+    gear = read(tmp_path, '[axis1]\nsecondary_gear = "16/40"\n').axes[0].secondary_gear
+    assert gear == Fraction(2, 5)
+    for kept in (gear, copy.copy(gear), copy.deepcopy(gear), pickle.loads(pickle.dumps(gear))):  # noqa: S301 - our own
+        assert (kept.teeth, str(kept), float(kept)) == ((16, 40), "16/40", 0.4)
+    (problem,) = problems(tmp_path, '[axis1]\nsecondary_gear = "40000/100000"\n')
+    assert problem.startswith("axis1.secondary_gear = '40000/100000': allowed two whole numbers")
 
 
 def test_without_a_file_the_embedded_simulator_is_used_and_says_so():

@@ -7,6 +7,7 @@ import time
 from multiprocessing.connection import Client, answer_challenge, deliver_challenge
 
 import pytest
+from waiting import seconds_until
 
 from clockdrive.control_socket import MAX_CLIENTS, MAX_REQUEST_BYTES, ControlClient, ControlServer
 from clockdrive.errors import ClockdriveError, OwnerGone, Refused
@@ -195,14 +196,13 @@ def test_a_client_that_reads_nothing_never_delays_the_telescope(server, client, 
 
 
 def test_more_clients_than_places_are_sent_away_until_one_is_free(server, client):
-    stalled = [socket.create_connection(server.address) for _ in range(MAX_CLIENTS)]
-    time.sleep(0.2)
+    stalled = [socket.create_connection(server.address, timeout=10.0) for _ in range(MAX_CLIENTS)]
+    for raw in stalled:
+        assert raw.recv(1)  # the challenge: it has its place
     assert not client.answers()
     for raw in stalled:
         raw.close()
-    deadline = time.monotonic() + 10.0
-    while not client.answers():
-        assert time.monotonic() < deadline
+    seconds_until(client.answers)
     assert client.call("echo") == {}
 
 

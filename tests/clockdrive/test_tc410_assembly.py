@@ -8,7 +8,7 @@ from telescope_bench import T0
 from clockdrive import simulators
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
-from clockdrive.tc410_assembly import gearings, keys_from, park_counts, registers, settings
+from clockdrive.tc410_assembly import completed_from, gearings, keys_from, park_counts, registers, settings
 from mounts.tc410.unit import Unit
 from transports.memory import MemoryLink
 from transports.modbus_ascii import ModbusAscii
@@ -72,6 +72,19 @@ def test_a_unit_gives_back_what_was_configured(configuration):
     assert completed.axes[0].max_speed_deg_s == pytest.approx(2.0, rel=0.01)
     assert completed.axes[1].motor_current_a == 1.5
     assert set(plain.left_to_the_unit()) >= set(found) & set(plain.values)
+
+
+def test_the_units_top_speed_is_told_by_the_gears_in_force(configuration):
+    """The register counts motor steps: with configured gears half as long it is half the speed."""
+    unit = simulators.tc410(configuration, T0, None)
+    clock = VirtualClock(T0)
+    host = Unit(ModbusAscii(lambda: MemoryLink(unit, clock), clock))
+    shorter = f"1/{2 * configuration.axes[0].main_gear.denominator}"
+    file = load(None, {}, {"drive.link": "tcp://127.0.0.1:1", "axis1.main_gear": shorter, "axis1.min_deg": -20,
+                           "axis1.max_deg": 20, "axis1.centre_deg": 0, "axis1.park_deg": 0})  # fmt: skip
+    one, two = completed_from(file, host).axes
+    assert one.max_speed_deg_s == pytest.approx(configuration.axes[0].max_speed_deg_s / 2.0, rel=0.01)
+    assert two.max_speed_deg_s == pytest.approx(configuration.axes[1].max_speed_deg_s, rel=0.01)
 
 
 def test_a_new_simulator_stands_at_park(configuration):

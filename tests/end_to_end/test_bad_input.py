@@ -7,10 +7,12 @@ import sys
 import threading
 
 import pytest
+from telescope_bench import telescope
 
 from clockdrive import Telescope, simulators
 from clockdrive.cli import main
 from clockdrive.clock import SystemClock
+from clockdrive.clock_watch import ClockWatch
 from clockdrive.configuration import load
 from clockdrive.owner import Ownership
 from clockdrive.state_file import FILE_NAME
@@ -135,6 +137,15 @@ CONFIGURATIONS = {
                                       ["awr", "this version drives the tc410 only"]),
     "a model that is not there yet": ('[mount]\npointing_model = "model.mod"\n', ["pointing_model"]),
     "limits the wrong way round": ("[axis1]\nmin_deg = 10.0\nmax_deg = -10.0\n", ["axis1"]),
+    "a park outside the limits": ("[axis1]\npark_deg = 175.0\n",
+                                  ["axis1.park_deg = 175: allowed -170 to 170 deg", "axis1.min_deg and max_deg"]),
+    "gears that the limits contradict": ('[axis1]\nmain_gear = "1/60000"\n',
+                                         ["axis1.max_deg = 170: allowed -10.07 to 10.07 deg", "24 bits"]),
+    "gears upside down": ('[axis2]\nmain_gear = "285/1"\n', ["allowed up to 100 deg/s", '"1/285"']),
+    "gears too slow for the speed": ("[axis1]\nmax_speed_deg_s = 6.0\n",
+                                     ["axis1.max_speed_deg_s = 6: allowed at most 5.0526 deg/s", "gecko"]),
+    "a current beyond the drive type": ('[axis1]\ndrive_type = "ims"\nmax_speed_deg_s = 3.0\nmotor_current_a = 3.1\n',
+                                        ["axis1.motor_current_a = 3.1: allowed 1 to 3 A with drive_type = ims"]),
 }  # fmt: skip
 
 
@@ -146,6 +157,58 @@ def test_an_impossible_configuration_is_refused_as_a_whole(case, written, refuse
         found = refused(file, words, 2)
         for each in said:
             assert each in found, found
+
+
+def test_an_encoder_that_the_unit_does_not_detect_is_told_with_its_input_and_the_remedy(written, capsys):
+    unit = simulators.tc410(load(None, {}, {}), SystemClock().now(), None)
+    with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
+        file = written(SIM + "[axis1]\nencoder_bits = 16\n[axis2]\nencoder_bits = 14\n", server.address)
+        assert main(["-c", file, "status"]) == 0
+    told = capsys.readouterr().out
+    assert "encoder_bits = 16, but the drive detects no encoder (input 0x0A)" in told
+    assert "check its plug and supply, or set encoder_bits = 0" in told
+
+
+WEATHER = {
+    "stale": (
+        '{"pressure_hpa": 1000.0, "utc": "2027-01-15T04:00:00Z"}',
+        ["measured 4 h ago (bound 15 min)", "check"],
+    ),
+    "malformed": ("pressure: 1000", ["neither JSON nor TOML", "[site.weather]"]),
+    "impossible": (
+        '{"pressure_hpa": 500.0, "utc": "2027-01-15T08:00:00Z"}',
+        ["pressure 500 hPa", "888 to 1090", "check height_m"],
+    ),
+    "not there": (None, ["cannot be read", "check the path"]),
+}
+
+
+@pytest.mark.parametrize("case", WEATHER)
+def test_weather_that_cannot_be_used_is_told_under_the_plan_and_the_configured_air_is_used(case, tmp_path):
+    text, said = WEATHER[case]
+    file = tmp_path / "weather.json"
+    if text is not None:
+        file.write_text(text, encoding="utf-8")
+    source = {"site__weather__source": f"file:{file}", "site__weather__pressure_hpa": 1001.0}
+    with telescope(tmp_path / "state", **source) as scope:
+        plan = scope.plan("hadec:1,-41").json
+        (told,) = (note for note in plan["notes"] if str(file) in note)
+        assert all(each in told for each in (*said, "the configured air is used")), told
+        assert "1001.0 hPa" in next(
+            row["origin"] for row in scope.status()["corrections"] if row["name"] == "refraction"
+        )
+
+
+def test_a_clock_that_is_set_during_a_slew_is_told_with_step_bound_and_remedy(tmp_path):
+    with telescope(tmp_path) as scope:
+        step = [0.0]
+        scope._session.surroundings._watch = ClockWatch(lambda: scope.clock.now() + step[0], scope.clock.now)
+        scope.goto("hadec:1,-41", lambda _: step.__setitem__(0, 2.4))
+        told = [event.text for event in scope.events() if "clock" in event.text]
+    assert len(told) == 1
+    assert "was stepped by +2.4 s during slewing" in told[0]
+    assert "(bound 0.1 s): the telescope was or is aimed 36″ off" in told[0]
+    assert "check the time service, then `goto` again" in told[0]
 
 
 def test_a_file_that_is_not_there_is_refused(refused, tmp_path):

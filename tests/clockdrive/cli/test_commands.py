@@ -2,12 +2,13 @@
 
 import json
 import re
+import sys
 import zipfile
 
 import pytest
 from astropy.io import fits
 
-from clockdrive.cli import main
+from clockdrive.cli import display, main
 from pointing import kernel
 
 SITE = """
@@ -65,6 +66,27 @@ def test_goto_then_track_for_a_time_then_stop(run):
     assert "s left" in err
     assert "tracking" in err
     assert err.rstrip().endswith("stopped")
+
+
+def test_into_a_file_goes_a_line_for_each_change_and_no_carriage_return(run):
+    _, _, err = run(f"goto {UP} --for 2.5s")
+    assert "\r" not in err
+    assert "\x1b" not in err
+    slewing, tracking, stopped = err.splitlines()
+    assert slewing.startswith(f"slewing to {UP}: ")
+    assert tracking.startswith(f"tracking {UP}")
+    assert stopped == "stopped"
+
+
+def test_on_a_terminal_the_live_line_is_written_over(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with display.live(quiet=False) as show:
+        for doing in ("slewing here", "idle"):
+            show({"doing": doing})
+    err = capsys.readouterr().err
+    first, second = err.split("\r")[1:]
+    assert first == "slewing here: the drive has not answered yet"
+    assert second == "idle: the drive has not answered yet".ljust(len(first)) + "\n"
 
 
 def test_a_telescope_left_tracking_is_said_so_still_tracks_and_can_be_stopped(run, answer):

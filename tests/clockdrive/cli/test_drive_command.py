@@ -17,7 +17,7 @@ from clockdrive.cli.backend import backend
 from clockdrive.cli.main import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
-from mounts.tc410.registers import REGISTERS, at
+from mounts.tc410.registers import REGISTERS, at, by_name
 from mounts.tc410.upkeep import ACTIONS
 from transports.serve import serve
 
@@ -106,6 +106,8 @@ def another(name, was):
     """A value that the register also takes, and that is told from the one it has."""
     if name == "velocity_control":
         return 0x38
+    if name in {"joystick_mode", "autoguider_mode"}:
+        return 5
     if name.endswith("_motor_current"):
         return was - 0.5
     if name.endswith("_temperature"):
@@ -147,6 +149,10 @@ def test_every_writable_register_is_written_read_back_and_restored(manual, run):
         ("axis1_encoder", "1", "`drive show`"),
         ("axis1_motor_current", "6", "outside 1 to 5 A"),
         ("fan_start_temperature", "4000", "outside -3276.8 to 3276.7"),
+        ("fan_start_temperature", "30", "allowed above fan_stop_temperature = 30 °C"),
+        ("fan_stop_temperature", "35.1", "allowed below fan_start_temperature = 35 °C"),
+        ("joystick_mode", "18", "allowed 0 to 17, a shift of the linear range, or 128, logarithmic"),
+        ("autoguider_mode", "0xC0", "allowed 0 to 17, a shift of the linear range, or 128, logarithmic"),
         ("nonsense", "1", "no register"),
     ],
 )
@@ -171,6 +177,18 @@ def test_more_current_than_an_ims_drive_gives_is_refused(capsys, tmp_path):
         assert "allowed 1 to 3 A with the drive type IMS" in json.loads(capsys.readouterr().out)["reason"]
 
 
+@pytest.mark.parametrize(("start", "stop"), [(50.0, 45.5), (-5.7, -12.3)])
+def test_fan_temperatures_are_pushed_together_and_each_alone_is_judged_beside_the_other(start, stop, run):
+    text = run.config.read_text(encoding="utf-8")
+    fans = f"# loopback\nfan_start_c = {start}\nfan_stop_c = {stop}"
+    run.config.write_text(text.replace("# loopback", fans), encoding="utf-8")
+    alone = ("drive.fan_stop_c", "drive.fan_start_c")[start < 0.0]  # beside what the unit has, 35 and 30 °C
+    assert "change that one first" in run("drive", "push", alone, ok=False)["reason"]
+    written = run("drive", "push")["registers"]
+    assert written["fan_start_temperature"]["value"] == start
+    assert run.device.memory.raw("fan_stop_temperature") == round(10.0 * stop) & 0xFFFF
+
+
 def test_diff_pull_and_push_join_file_and_unit(run):
     assert run("drive", "diff")["differences"] == []
     run("drive", "set", "axis1_acceleration", "31")
@@ -190,6 +208,29 @@ def test_diff_pull_and_push_join_file_and_unit(run):
     assert written["axis1_acceleration"]["value"] == 27.0
     assert run.device.memory.raw("axis1_acceleration") == 27
     assert "no key that the drive keeps" in run("drive", "push", "site.name", ok=False)["reason"]
+
+
+def test_gears_are_compared_pulled_and_begun_from_by_their_teeth(run, capsys):
+    """16/40 in the unit and in the file are the same, and neither is made 2/5 of."""
+    assert run.device.memory.raw("axis1_secondary_gear_multiplier") == 16
+    text = run.config.read_text(encoding="utf-8")
+    run.config.write_text(text.replace("[axis1]", '[axis1]\nsecondary_gear = "16/40"'), encoding="utf-8")
+    assert run("drive", "diff")["differences"] == []
+    run("drive", "set", "axis1_secondary_gear_multiplier", "18")
+    run("drive", "set", "axis1_secondary_gear_divisor", "45")
+    assert run("drive", "pull")["changed"] == {"axis1.secondary_gear": "18/45"}
+    assert run("drive", "diff")["differences"] == []
+    assert main(["init", "--from", load(run.config).drive.link]) == 0
+    assert 'secondary_gear = "18/45" ' in capsys.readouterr().out
+
+
+def test_a_unit_whose_gears_contradict_the_file_is_told_by_value_and_range_and_let_go(run):
+    """A link left open would be an error here, as every warning is."""
+    run.device.memory.put(by_name("axis1_main_gear_divisor"), (60000,))
+    reason = run("status", ok=False)["reason"]
+    assert re.search(r"axis1\.min_deg = -170: allowed -\d+\.\d\d to \d+\.\d\d deg, which the drive's 24 bits", reason)
+    run.device.memory.put(by_name("axis1_main_gear_divisor"), (285,))
+    assert "axes" in run("status")
 
 
 def test_saved_registers_survive_the_power_and_others_do_not(run):

@@ -14,6 +14,7 @@ from clockdrive.commission import steps_of
 from clockdrive.configuration import load
 from clockdrive.errors import Refused
 from clockdrive.simulators import tc410
+from mounts.commissioning import Move, Step
 from mounts.tc410.registers import REGISTERS
 from transports.serve import serve
 
@@ -138,6 +139,15 @@ def test_a_process_killed_with_a_borrowed_register_has_it_given_back_by_the_next
         lowest = device.soft_limits(2)
         gearing_low, gearing_high = wanted.axes[1].min_deg, wanted.axes[1].max_deg
         assert lowest[1] > device.counted_position(2) + 256 * 100, (lowest, gearing_low, gearing_high)
+
+
+@pytest.mark.parametrize(
+    ("together", "offsets", "reaches"),
+    [(True, (5.0, -5.0), True), (True, (5.1, 0.0), False), (False, (0.0, -5.0), True), (False, (1.0, 0.1), False)],
+)
+def test_a_step_moves_within_its_reach_and_no_two_axes_where_it_has_room_for_one(together, offsets, reaches):
+    step = Step("one", "nothing", iter, reach_deg=5.0, bound_deg=6.0, together=together)
+    assert step.reaches(Move(offsets)) is reaches
 
 
 def test_every_step_states_its_bound():

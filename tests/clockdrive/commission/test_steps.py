@@ -1,6 +1,8 @@
 """Each assumption set wrong on purpose is told; what cannot be tested says why; nothing moves where it must not."""
 
-import time
+import subprocess
+import sys
+from dataclasses import replace
 
 import pytest
 from commission_bench import TrueAxis, Truth, mount
@@ -34,6 +36,22 @@ def test_another_maximum_speed_register_is_found_and_forbids_long_moves(shift, t
         assert all(gone <= bound for gone, bound in watched.excursions.values())
 
 
+@pytest.mark.parametrize("link", [{"latency_s": 0.08, "baud": 9600}, {"latency_s": 0.001}])
+@pytest.mark.parametrize("error", [-0.1, 0.1])
+def test_the_true_top_speed_is_seen_over_any_link(link, error, tmp_path, monkeypatch):
+    """Over the slower one a reading takes 0.9 s, and the axis speeds up by 1° a second each second meanwhile."""
+    with mount(tmp_path, Truth(simulator={**link, "acceleration_error": error}), monkeypatch) as watched:
+        found = by_subject(watched.commission(["speed"]))
+        gone, bound = watched.excursions["speed"]
+    for axis in (1, 2):
+        said = found[f"axis{axis} top speed"]
+        assert said.verdict == "confirmed", said.detail
+        speed = float(said.detail.partition("°")[0])
+        print(f"{speed:.3f}°/s, {100.0 * (speed / 4.5 - 1.0):+.2f} % off")
+        assert speed == pytest.approx(4.5, rel=0.005)
+    assert gone <= bound
+
+
 @pytest.mark.parametrize("idle", ["both", "per-axis"])
 @pytest.mark.parametrize("believed", ["both", "per-axis"])
 def test_when_tracking_resumes_is_found(idle, believed, tmp_path, monkeypatch):
@@ -60,6 +78,45 @@ def test_encoders_alone_find_gears_but_not_the_sense_on_the_sky(tmp_path, monkey
     assert found["axis2 gears"].verdict == "confirmed"
     assert found["axis1 sense"].verdict == "untested"
     assert "--witness" in found["axis1 sense"].detail
+
+
+WHOLE_TURNS = {"main_gear": "375/32768", "secondary_gear": "1/8"}  # 2²³ counts are six turns of the axis exactly
+
+
+@pytest.mark.parametrize("believed", ["centre", "zero"])
+def test_an_encoder_zero_whole_turns_away_is_told_to_be_the_same(believed, tmp_path, monkeypatch):
+    keys = {f"axis1.{name}": value for name, value in WHOLE_TURNS.items()}
+    keys |= {"axis1.encoder_bits": 16, "axis1.encoder_zero_at": believed, "axis2.park_deg": -20.0}
+    truth = Truth((TrueAxis(encoder_bits=16, **WHOLE_TURNS), TrueAxis()), {"encoder_zero_at": "zero"}, keys)
+    assert truth.axes[0].zeros_apart_deg == 0.0
+    with mount(tmp_path, truth, monkeypatch) as watched:
+        found = by_subject(watched.commission(["encoder-zero"]))["axis1 encoder zero"]
+        preset = [
+            replace(watched.scope._session.drive.encoders.configured[0], zero_counts=counts).counts(12345, 2.0**23)
+            for counts in (0, 2**23)
+        ]
+    assert (found.verdict, found.changes) == ("confirmed", False)
+    assert "either means the same" in found.detail
+    assert preset[0] == pytest.approx(preset[1], abs=1e-3)
+
+
+def zero_found_at(truth, folder, monkeypatch, witness="sky"):
+    with mount(folder, truth, monkeypatch) as watched:
+        return by_subject(watched.commission(["encoder-zero"], witness))["axis1 encoder zero"]
+
+
+def test_an_encoder_zero_is_told_where_half_a_degree_decides_but_only_by_a_position_seen_on_the_sky(
+    tmp_path, monkeypatch
+):
+    gears = {"main_gear": "1/285", "secondary_gear": "2039/5000"}
+    truth = Truth((TrueAxis(encoder_bits=16, **gears), TrueAxis()), {"encoder_zero_at": "zero"},
+                  {"axis1.encoder_bits": 16, "axis2.park_deg": -20.0})  # fmt: skip
+    assert 0.5 < truth.axes[0].zeros_apart_deg < 0.6
+    found = zero_found_at(truth, tmp_path / "seen", monkeypatch)
+    assert (found.verdict, found.found) == ("refuted", "zero")
+    blind = zero_found_at(truth, tmp_path / "blind", monkeypatch, "encoders")
+    assert blind.verdict == "untested"
+    assert "--witness" in blind.detail
 
 
 def test_without_witness_and_encoders_everything_on_the_sky_is_left_open(tmp_path, monkeypatch):
@@ -142,14 +199,25 @@ def test_an_unknown_step_or_witness_is_told_with_those_there_are(tmp_path, monke
             watched.commission(["link"], "guess")
 
 
-def solved(watched, command, patience_s=5.0):
-    """One look of a plate solver, to its end."""
+def solved(watched, command, patience_s=180.0, *, ends=True):
+    """One look of a plate solver; each wait of the witness is one for the program's end, if it ends."""
     steps = CommandWitness(command, watched.scope._session.planner, watched.scope.clock, patience_s=patience_s).look()
-    while True:
-        try:
-            time.sleep(min(0.05, next(steps)))
-        except StopIteration as done:
-            return done.value
+    started = []
+    popen = subprocess.Popen
+
+    def start(*args, **keys):
+        started.append(popen(*args, **keys))
+        return started[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("clockdrive.commission.witness.subprocess.Popen", start)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as done:
+                return done.value
+            if ends:
+                started[-1].wait(60.0)
 
 
 @pytest.mark.parametrize("text", ["83.633 22.0145", "83.633, 22.0145", "05:34:31.92 +22:00:52.2",
@@ -163,8 +231,6 @@ def test_a_plate_solver_is_read_in_degrees_and_sexagesimal(text, tmp_path, monke
 
         program = tmp_path / "solver.py"
         program.write_text(f"print({text!r})", encoding="utf-8")
-        import sys
-
         seen = solved(watched, f"{sys.executable} {program}")
         expected = parse.target("83.633,22.0145").observed(planner.sky.at(Instant.from_posix(seen.time)))
         assert separation(seen.observed, expected) < 5e-6
@@ -182,4 +248,4 @@ def test_a_plate_solver_that_fails_says_why(command, said, tmp_path, monkeypatch
 
 def test_a_plate_solver_that_hangs_is_ended(tmp_path, monkeypatch):
     with mount(tmp_path, Truth(), monkeypatch) as watched, pytest.raises(WitnessError, match="said nothing"):
-        solved(watched, "sleep 60", patience_s=1.0)
+        solved(watched, "sleep 60", patience_s=1.0, ends=False)
