@@ -83,6 +83,9 @@ class SkyFrame:
         Julian years of TT since J2000.
     position_au, velocity_c : Vector
         The observer's barycentric position in au and velocity in units of the speed of light, ICRS axes.
+    geocentric_au, spin_au_day : Vector
+        The observer's position from the Earth's centre in au, and the velocity in au a day at which the Earth's turn
+        carries it round, ICRS axes.
     """
 
     __slots__ = (
@@ -90,12 +93,13 @@ class SkyFrame:
         "_lorentz",
         "_pole",
         "_rotation",
-        "_spin",
         "_sun_au",
         "earth_orientation",
+        "geocentric_au",
         "instant",
         "position_au",
         "sky",
+        "spin_au_day",
         "velocity_c",
         "years",
     )
@@ -125,7 +129,8 @@ class SkyFrame:
         ux = _ROTATION_DAY * (pole_y * pz - pole_z * py)
         uy = _ROTATION_DAY * (pole_z * px - pole_x * pz)
         uz = _ROTATION_DAY * (pole_x * py - pole_y * px)
-        self._spin = (ux, uy, uz)
+        self.geocentric_au = (px, py, pz)
+        self.spin_au_day = (ux, uy, uz)
         self.position_au = (x + px, y + py, z + pz)
         vx, vy, vz = (vx + ux) * _LIGHT_AU_DAY, (vy + uy) * _LIGHT_AU_DAY, (vz + uz) * _LIGHT_AU_DAY
         self.velocity_c = (vx, vy, vz)
@@ -134,20 +139,23 @@ class SkyFrame:
         self._sun_au = sun_au = math.sqrt(hx * hx + hy * hy + hz * hz)
         self._from_sun = (hx / sun_au, hy / sun_au, hz / sun_au)
 
-    def observe(self, direction: Vector) -> Vector:
+    def observe(self, direction: Vector, from_sun: Vector | None = None) -> Vector:
         """Observed direction of an astrometric one.
 
         Parameters
         ----------
         direction : Vector
             Unit vector in the ICRS axes: where the target would be seen from this place by an observer at rest.
+        from_sun : Vector, optional
+            Unit vector from the Sun to the target, ICRS axes, where that is another than from the observer: the
+            light of what is near is bent less. The zero vector for the Sun itself.
 
         Returns
         -------
         Vector
             Unit vector in the horizon frame, within 1e-4 mas of ERFA's `atciqz` and `atioq`.
         """
-        px, py, pz = self._proper(direction)
+        px, py, pz = self._proper(direction, direction if from_sun is None else from_sun)
         a, b, c, d, e, f, g, h, i = self._rotation
         level = (a * px + b * py + c * pz, d * px + e * py + f * pz, g * px + h * py + i * pz)
         return refract(level, *self.sky.refraction_constants)
@@ -171,7 +179,7 @@ class SkyFrame:
         px, py, pz = gx, gy, gz
         # A step leaves 1e-4 of the error, as aberration does of a direction; deflection near the Sun, 1/50.
         for _ in range(12):
-            x, y, z = self._proper((px, py, pz))
+            x, y, z = self._proper((px, py, pz), (px, py, pz))
             dx, dy, dz = gx - x, gy - y, gz - z
             px, py, pz = px + dx, py + dy, pz + dz
             n = 1.0 / math.sqrt(px * px + py * py + pz * pz)
@@ -180,20 +188,24 @@ class SkyFrame:
                 break
         return px, py, pz
 
-    def observe_with_rate(self, direction: Vector, rate: Vector) -> tuple[Vector, Vector]:
+    def observe_with_rate(
+        self, direction: Vector, rate: Vector, from_sun: tuple[Vector, Vector] | None = None
+    ) -> tuple[Vector, Vector]:
         """Observed direction and its derivative: that of the whole chain, Earth's turn and refraction included.
 
         Parameters
         ----------
         direction, rate : Vector
             Unit vector in the ICRS axes and how it changes per second of TT.
+        from_sun : tuple of Vector, optional
+            As for `observe`, with how it changes per second.
 
         Returns
         -------
         tuple[Vector, Vector]
             Unit vector in the horizon frame, and its derivative per second to 1e-9 deg/s.
         """
-        (px, py, pz), (dx, dy, dz) = self._proper_with_rate(direction, rate)
+        (px, py, pz), (dx, dy, dz) = self._proper_with_rate(direction, rate, from_sun or (direction, rate))
         # Seen from the Earth the sky turns by −Ω, Ω = ω k + k × k̇ with k the pole: the CIO does not turn about it.
         kx, ky, kz = self._pole
         dkx, dky = pole_rate(self.instant)
@@ -214,20 +226,23 @@ class SkyFrame:
         x, y, z = self._from_sun
         return self.observe((-x, -y, -z))
 
-    def _proper(self, direction: Vector) -> Vector:
+    def _proper(self, direction: Vector, from_sun: Vector) -> Vector:
         """Proper direction, GCRS axes, of an astrometric one: deflected by the Sun and aberrated."""
         px, py, pz = direction
+        qx, qy, qz = from_sun
         ex, ey, ez = self._from_sun
         vx, vy, vz = self.velocity_c
         sun_au = self._sun_au
-        # Deflection (ldsun): p + w (e − p (p·e)) with e from the Sun to the observer, bounded inside the Sun's disc.
+        # Deflection (ld): p + w (e (p·q) − q (p·e)) with e from the Sun to the observer and q from the Sun to the
+        # target, bounded inside the Sun's disc (ldsun).
         potential = _SCHWARZSCHILD_AU / sun_au
         pe = px * ex + py * ey + pz * ez
-        nearness = 1.0 + pe
+        pq = px * qx + py * qy + pz * qz
+        nearness = 1.0 + qx * ex + qy * ey + qz * ez
         limit = 1e-6 / (sun_au * sun_au) if sun_au > 1.0 else 1e-6
         w = potential / max(nearness, limit)
-        k = 1.0 - w * pe
-        px, py, pz = k * px + w * ex, k * py + w * ey, k * pz + w * ez
+        k, m = w * pq, w * pe
+        px, py, pz = px + k * ex - m * qx, py + k * ey - m * qy, pz + k * ez - m * qz
         # Aberration (ab), with the Sun's potential.
         pv = px * vx + py * vy + pz * vz
         along = 1.0 + pv / (1.0 + self._lorentz) + potential
@@ -236,10 +251,13 @@ class SkyFrame:
         n = 1.0 / math.sqrt(px * px + py * py + pz * pz)
         return px * n, py * n, pz * n
 
-    def _proper_with_rate(self, direction: Vector, rate: Vector) -> tuple[Vector, Vector]:
+    def _proper_with_rate(
+        self, direction: Vector, rate: Vector, from_sun: tuple[Vector, Vector]
+    ) -> tuple[Vector, Vector]:
         """`_proper` and its derivative: the same steps, each differentiated."""
         px, py, pz = direction
         dx, dy, dz = rate
+        (qx, qy, qz), (dqx, dqy, dqz) = from_sun
         ex, ey, ez = self._from_sun
         vx, vy, vz = self.velocity_c
         sun_au, lorentz = self._sun_au, self._lorentz
@@ -250,17 +268,21 @@ class SkyFrame:
         potential = _SCHWARZSCHILD_AU / sun_au
         pe = px * ex + py * ey + pz * ez
         dpe = dx * ex + dy * ey + dz * ez + px * dex + py * dey + pz * dez
-        nearness = 1.0 + pe
+        pq = px * qx + py * qy + pz * qz
+        dpq = dx * qx + dy * qy + dz * qz + px * dqx + py * dqy + pz * dqz
+        nearness = 1.0 + qx * ex + qy * ey + qz * ez
+        dnearness = dqx * ex + dqy * ey + dqz * ez + qx * dex + qy * dey + qz * dez
         limit = 1e-6 / (sun_au * sun_au) if sun_au > 1.0 else 1e-6
         w = potential / max(nearness, limit)
-        dw = -w * (ev + (dpe / nearness if nearness > limit else 0.0))
-        k, dk = 1.0 - w * pe, -dw * pe - w * dpe
-        dx, px = dk * px + k * dx + dw * ex + w * dex, k * px + w * ex
-        dy, py = dk * py + k * dy + dw * ey + w * dey, k * py + w * ey
-        dz, pz = dk * pz + k * dz + dw * ez + w * dez, k * pz + w * ez
+        dw = -w * (ev + (dnearness / nearness if nearness > limit else 0.0))
+        k, dk = w * pq, dw * pq + w * dpq
+        m, dm = w * pe, dw * pe + w * dpe
+        dx, px = dx + dk * ex + k * dex - dm * qx - m * dqx, px + k * ex - m * qx
+        dy, py = dy + dk * ey + k * dey - dm * qy - m * dqy, py + k * ey - m * qy
+        dz, pz = dz + dk * ez + k * dez - dm * qz - m * dqz, pz + k * ez - m * qz
         # The observer's acceleration: the Sun's gravity (the Moon's pull is 0.5 % of it) and the Earth's turn.
         kx, ky, kz = self._pole
-        ux, uy, uz = self._spin
+        ux, uy, uz = self.spin_au_day
         fall, spin = -_SUN_GRAVITY / (sun_au * sun_au), _ROTATION * _LIGHT_AU_DAY
         ax = fall * ex + spin * (ky * uz - kz * uy)
         ay = fall * ey + spin * (kz * ux - kx * uz)
