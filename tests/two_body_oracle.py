@@ -1,12 +1,15 @@
 """Motion about the Sun by integrating its equation of motion: what closed forms are held against.
 
-r″ = −µ r / r³ as a power series in time, its coefficients by recurrence through r² and r⁻³, summed over steps that are
-a small share of the time in which the body would fall into the Sun or fly its distance. No element and no Kepler equation enters.
+r″ = −µ r / r³ as a power series in time, its coefficients by recurrence through r² and r⁻³, summed over steps that
+are a small share of the time in which the body would fall into the Sun or fly its distance. No element and no Kepler
+equation enters.
 """
 
+import erfa
 import numpy as np
 
 GM = 0.01720209895**2  # Gauss, au³/day²
+OBLIQUITY = np.radians(84381.448 / 3600.0)  # IAU 1976
 ORDER = 24
 
 
@@ -44,3 +47,11 @@ def integrated(place, velocity, days):
 def at_perihelion(q, e):
     """Position and velocity in the orbit's plane, by the energy: v² = µ (1 + e) / q."""
     return (q, 0.0, 0.0), (0.0, np.sqrt(GM * (1.0 + e) / q), 0.0)
+
+
+def ecliptic_to_equator(vector, inclination, node, argument):
+    """ERFA's rotations of the frame, applied backwards, with the obliquity of the Minor Planet Center."""
+    turn = np.eye(3)
+    for rotate, angle in ((erfa.rx, OBLIQUITY), (erfa.rz, node), (erfa.rx, inclination), (erfa.rz, argument)):
+        turn = rotate(angle, turn)
+    return turn.T @ np.array(vector)

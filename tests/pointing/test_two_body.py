@@ -3,11 +3,10 @@
 import math
 import random
 
-import erfa
 import numpy as np
 import pytest
 from rate_oracle import extrapolated
-from two_body_oracle import GM, at_perihelion, integrated
+from two_body_oracle import GM, at_perihelion, ecliptic_to_equator, integrated
 
 from pointing.errors import TargetError
 from pointing.instant import Instant
@@ -16,19 +15,6 @@ from pointing.two_body import ATTRACTION, Orbit, stumpff, universal_anomaly
 ARCSEC = math.pi / 648_000.0
 PERIHELION = Instant(61000, 43200.0)
 KINDS = (0.0, 0.079, 0.5, 0.967, 0.999, 0.999999, 1.0, 1.000001, 1.001, 1.2, 3.0)
-
-
-def ecliptic_to_equator(vector, inclination, node, argument):
-    """ERFA's rotations of the frame, applied backwards, with the obliquity of the Center."""
-    turn = np.eye(3)
-    for rotate, angle in (
-        (erfa.rx, 84381.448 * ARCSEC),
-        (erfa.rz, node),
-        (erfa.rx, inclination),
-        (erfa.rz, argument),
-    ):
-        turn = rotate(angle, turn)
-    return turn.T @ np.array(vector)
 
 
 @pytest.mark.parametrize("e", KINDS)
