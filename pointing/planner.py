@@ -7,9 +7,10 @@ postures and every winding within the axis limits, the one that arrives first by
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pointing.errors import PointingError, Unreachable
+from pointing.errors import PointingError, TargetError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
 from pointing.limits import Check
@@ -117,15 +118,19 @@ class Planner(Geometry):
         return self._first(goes, start.time, _WAY_STEP)
 
     def _first(self, allowed: Callable[[float], bool], after: float, step: float) -> float | None:
-        """Return the first time within a day at which something is allowed that is not now, to 1 s."""
-        for k in range(1, int(_SEARCH_SPAN / step) + 1):
-            found = after + step * k
-            if allowed(found):
-                early = found - step
-                while found - early > 1.0:
-                    middle = (early + found) / 2.0
-                    early, found = (early, middle) if allowed(middle) else (middle, found)
-                return found
+        """Return the first time within a day at which something is allowed that is not now, to 1 s.
+
+        None as well where nobody knows the target's place before that, as after the end of a table.
+        """
+        with suppress(TargetError):
+            for k in range(1, int(_SEARCH_SPAN / step) + 1):
+                found = after + step * k
+                if allowed(found):
+                    early = found - step
+                    while found - early > 1.0:
+                        middle = (early + found) / 2.0
+                        early, found = (early, middle) if allowed(middle) else (middle, found)
+                    return found
         return None
 
     def _best(self, target: Target, start: Start, timing: Timing) -> tuple[Plan | None, Plan | None]:
