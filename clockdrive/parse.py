@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
 from clockdrive.errors import InputError
 from pointing import catalogue
@@ -18,7 +19,10 @@ from pointing.targets import FixedAltAz, FixedHaDec, Star, Target
 
 MAX_DURATION_S = 366 * 86400.0
 _SHOWN = 60
-_FORMS = "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, or best"
+_FORMS = (
+    "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, mpc:FILE#NAME, "
+    "ephem:FILE, or best"
+)
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _PAIR = re.compile(rf"\s*({_NUMBER})\s*,\s*({_NUMBER})\s*", re.ASCII)
 _PREFIXED = re.compile(r"\s*([A-Za-z]+)\s*:(.*)", re.ASCII | re.DOTALL)
@@ -140,6 +144,38 @@ def _fixed(
     return parse
 
 
+def _minor_body(text: str, rest: str) -> Target:
+    from pointing.minor_body import MinorBody  # noqa: PLC0415 - what points at stars starts without
+
+    file, name = _file(text, rest)
+    return MinorBody.from_file(file, name)
+
+
+def _table(text: str, rest: str) -> Target:
+    from pointing.ephemeris_table import EphemerisTable  # noqa: PLC0415 - as above
+
+    if not rest.strip():
+        raise TargetError(f"{_short(text)}: write ephem:FILE, an ECSV table")
+    return EphemerisTable.from_file(rest.strip())
+
+
+def _file(text: str, rest: str) -> tuple[str, str]:
+    """FILE and NAME of FILE#NAME; a file of one body needs no name."""
+    file, _, name = (part.strip() for part in rest.partition("#"))
+    if not file:
+        raise TargetError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
+    return file, name
+
+
+def anchored(words: str) -> str:
+    """The target with a relative path of its file made absolute: the owner that reads it runs elsewhere."""
+    prefixed = _PREFIXED.fullmatch(words)
+    if prefixed is None or prefixed[1].lower() not in _OF_FILES:
+        return words
+    file, mark, name = (part.strip() for part in prefixed[2].partition("#"))
+    return f"{prefixed[1]}:{Path(file).absolute()}{mark}{name}" if file else words
+
+
 def _absent(what: str) -> Callable[[str, str], Target]:
     def refuse(text: str, _rest: str) -> Target:
         raise TargetError(f"{_short(text)}: this version does not point at {what}; {_FORMS}")
@@ -151,9 +187,10 @@ _PREFIXES: dict[str, Callable[[str, str], Target]] = {
     "altaz": _fixed("altaz", FixedAltAz, "azimuth", "altitude"),
     "hadec": _fixed("hadec", FixedHaDec, "hour angle", "declination"),
     "tle": _absent("satellites"),
-    "mpc": _absent("minor planets and comets"),
-    "ephem": _absent("places of an ephemeris table"),
+    "mpc": _minor_body,
+    "ephem": _table,
 }
+_OF_FILES = frozenset(("tle", "mpc", "ephem"))
 
 
 def _within(what: str, value: float, low: float, high: float, unit: str = "°") -> float:
@@ -183,6 +220,20 @@ def utc(text: str, now: float) -> float:
     except (ValueError, OverflowError):
         advice = "write 2026-11-22T03:04:05Z or now"
         raise InputError(f"{_short(text)} is no moment in UTC that the calendar has: {advice}") from None
+
+
+def rate(text: str) -> tuple[float, float]:
+    """Rates of one's own from `EAST,NORTH`, arcseconds a second.
+
+    Raises
+    ------
+    InputError
+        They are not two numbers.
+    """
+    pair = _PAIR.fullmatch(text.replace("−", "-"))
+    if pair is None:
+        raise InputError(f"{_short(text)} is not EAST,NORTH, two numbers in arcseconds a second: write 0.5,-0.25")
+    return float(pair[1]), float(pair[2])
 
 
 def duration(text: str) -> float:

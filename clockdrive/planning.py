@@ -1,7 +1,7 @@
 """Plans and rates that need no drive: targets and times as people give them, positions as they say."""
 
 import math
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast
 
 from clockdrive import parse
 from clockdrive.answers import Answer, PlanAnswer, plan_answer, rates_answer
@@ -11,16 +11,18 @@ from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
-from clockdrive.errors import ConfigurationError
+from clockdrive.errors import ConfigurationError, InputError
 from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.mount import POSTURES
 from pointing.plan import Start
 from pointing.planner import Planner
-from pointing.targets import Star, Target
+from pointing.rate_offset import RateOffsetTarget
+from pointing.targets import ARCSEC, Star, Target
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from datetime import datetime
 
     from astropy.coordinates import SkyCoord
@@ -39,7 +41,11 @@ _DECIDING = frozenset(
 
 
 def plan_from(
-    configuration: Configuration, target: "TargetLike", time: float, counts: tuple[float, float]
+    configuration: Configuration,
+    target: "TargetLike",
+    time: float,
+    counts: tuple[float, float],
+    drift: "Drift | None" = None,
 ) -> PlanAnswer:
     """Plan a slew from given counts with the configured law of motion; nothing is contacted.
 
@@ -51,13 +57,15 @@ def plan_from(
         The site of a real telescope is left to its unit, which is not asked.
     """
     planner, around, left = _without_a_drive(configuration, time)
-    plan = planner.plan(resolve(target, planner, time), Start(time, counts), timing_of(configuration))
+    plan = planner.plan(
+        drifting(resolve(target, planner, time), drift, time), Start(time, counts), timing_of(configuration)
+    )
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
     return plan_answer(plan, planner, (*around.notes(plan.arrival, math.asin(plan.observed[2])), *unasked))
 
 
-def rates_at(configuration: Configuration, target: "TargetLike", time: float) -> Answer:
+def rates_at(configuration: Configuration, target: "TargetLike", time: float, drift: "Drift | None" = None) -> Answer:
     """Tracking rates of a target; nothing is contacted.
 
     Raises
@@ -66,7 +74,7 @@ def rates_at(configuration: Configuration, target: "TargetLike", time: float) ->
         As for `plan_from`.
     """
     planner, _, _ = _without_a_drive(configuration, time)
-    return rates_of(planner, resolve(target, planner, time), time)
+    return rates_of(planner, drifting(resolve(target, planner, time), drift, time), time)
 
 
 def _without_a_drive(configuration: Configuration, time: float) -> tuple[Planner, Surroundings, tuple[str, ...]]:
@@ -110,6 +118,58 @@ def resolve(given: "TargetLike", planner: Planner, time: float) -> Target:
     if hasattr(given, "icrs"):
         return Star.from_skycoord(given)
     raise TargetError(f"{given!r} is no target: give a name, a SkyCoord or a target of `pointing`")
+
+
+class Drift(NamedTuple):
+    """Rates of one's own on the sky, arcseconds a second, and the POSIX time of no displacement, if not the start."""
+
+    east_arcsec_s: float
+    north_arcsec_s: float
+    since: float | None = None
+
+
+def drift_of(rate_arcsec_s: "Sequence[float] | None", rate_from: "TimeLike | None") -> Drift | None:
+    """Put together rates as people give them.
+
+    Raises
+    ------
+    InputError
+        They are not two numbers; there is a time but no rates.
+    """
+    if rate_arcsec_s is None:
+        if rate_from is not None:
+            raise InputError("a time of rates without rates: give both, or neither")
+        return None
+    try:
+        east, north = (float(rate) for rate in rate_arcsec_s)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"rates {rate_arcsec_s!r}: give two numbers, east and north in arcseconds a second"
+        ) from None
+    return Drift(east, north, None if rate_from is None else posix(rate_from))
+
+
+def drifting(target: Target, drift: Drift | None, time: float) -> Target:
+    """Let a target drift; its displacement is none at `time` where the drift does not say when.
+
+    Raises
+    ------
+    TargetError
+        The rates are impossible, or lead more than half around the sky by `time`.
+    """
+    if drift is None:
+        return target
+    since = time if drift.since is None else drift.since
+    made = RateOffsetTarget(
+        target, drift.east_arcsec_s * ARCSEC, drift.north_arcsec_s * ARCSEC, Instant.from_posix(since)
+    )
+    drifted = math.hypot(made.east_rate, made.north_rate) * abs(time - since)
+    if drifted > math.pi:
+        raise TargetError(
+            f"{target.name}: a drift of {math.degrees(drifted):.1f}° since {made.since.utc_iso(0)}: at most 180°; "
+            "check --rate and --rate-from"
+        )
+    return made
 
 
 def posix(given: "TimeLike") -> float:

@@ -21,7 +21,7 @@ from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.owner import Ownership
-from clockdrive.planning import posix, rates_of, resolve
+from clockdrive.planning import Drift, drift_of, drifting, posix, rates_of, resolve
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
@@ -141,7 +141,14 @@ class Telescope:
 
     # Moving ----------------------------------------------------------------------------------------------------
 
-    def plan(self, target: "TargetLike", at: "TimeLike | None" = None) -> PlanAnswer:
+    def plan(
+        self,
+        target: "TargetLike",
+        at: "TimeLike | None" = None,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> PlanAnswer:
         """Plan a slew; nothing moves.
 
         Parameters
@@ -150,6 +157,10 @@ class Telescope:
             Whatever the command line takes, or a place.
         at : float, datetime, Time or str, optional
             When the slew would start; now by default.
+        rate_arcsec_s : sequence of two floats, optional
+            Rates of one's own, east (with cos Dec) and north on the sky, on top of the target's own motion.
+        rate_from : float, datetime, Time or str, optional
+            When these have not displaced the target yet; when the slew starts by default.
 
         Raises
         ------
@@ -157,11 +168,22 @@ class Telescope:
             It is no target; it cannot be reached; the position is not synchronised.
         """
         time = self._time(at)
-        return self._answered(self._planned(self._target(target, time), None if at is None else time))
+        wanted = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
+        return self._answered(self._planned(wanted, None if at is None else time))
 
-    def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
-        """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`."""
-        resolved = self._target(target, self.clock.now())
+    def goto(
+        self,
+        target: "TargetLike",
+        progress: Report = nobody,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> Answer:
+        """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`.
+
+        Rates of one's own, as for `plan`, go on for as long as it is tracked.
+        """
+        resolved = self._target(target, self.clock.now(), drift_of(rate_arcsec_s, rate_from))
         self._control.call(self._session.require_free)
         self._planned(resolved, None)
         arrival = self._perform(self._slewing.goto(resolved, progress))
@@ -218,10 +240,18 @@ class Telescope:
 
     # Asking ----------------------------------------------------------------------------------------------------
 
-    def rates(self, target: "TargetLike", at: "TimeLike | None" = None) -> Answer:
-        """Tracking rates of both axes at a time."""
+    def rates(
+        self,
+        target: "TargetLike",
+        at: "TimeLike | None" = None,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> Answer:
+        """Tracking rates of both axes at a time; rates of one's own as for `plan`."""
         time = self._time(at)
-        return rates_of(self._session.planner, self._target(target, time), time)
+        wanted = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
+        return rates_of(self._session.planner, wanted, time)
 
     def status(self) -> Answer:
         """Everything that is known now: position, activity, limits, corrections in force, notes."""
@@ -375,5 +405,5 @@ class Telescope:
     def _time(self, at: "TimeLike | None") -> float:
         return self.clock.now() if at is None else posix(at)
 
-    def _target(self, given: "TargetLike", time: float) -> Target:
-        return resolve(given, self._session.planner, time)
+    def _target(self, given: "TargetLike", time: float, drift: Drift | None = None) -> Target:
+        return drifting(resolve(given, self._session.planner, time), drift, time)

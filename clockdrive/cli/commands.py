@@ -25,10 +25,11 @@ def plan(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     if args.start is not None:
         configuration = configuration_of(args.config)
-        answer = planning.plan_from(configuration, _target(args), at, parse.counts(args.start)).json
+        drift = planning.drift_of(**_rate(args))
+        answer = planning.plan_from(configuration, _target(args), at, parse.counts(args.start), drift).json
     else:
         with backend(args.config, "plan", keep_tracking=True) as telescope:
-            answer = telescope.call("plan", target=_target(args), at=at if args.at else None)
+            answer = telescope.call("plan", target=_target(args), at=at if args.at else None, **_rate(args))
     _show(args, answer, display.plan_text)
 
 
@@ -37,7 +38,8 @@ def rates(args: argparse.Namespace) -> None:
     from clockdrive import parse, planning  # noqa: PLC0415 - as in `plan`
 
     at = parse.utc(args.at or "now", time.time())
-    _show(args, planning.rates_at(configuration_of(args.config), _target(args), at).json, display.rates_text)
+    drift = planning.drift_of(**_rate(args))
+    _show(args, planning.rates_at(configuration_of(args.config), _target(args), at, drift).json, display.rates_text)
 
 
 def goto(args: argparse.Namespace) -> None:
@@ -45,9 +47,10 @@ def goto(args: argparse.Namespace) -> None:
     seconds = _seconds(args)
     stay = args.command == "track" or seconds is not None
     leave = not stay and (args.exit or args.json)
+    rate = _rate(args)
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         with display.progress_bar(quiet=args.json) as show:
-            answer = telescope.call("goto", show, target=_target(args))
+            answer = telescope.call("goto", show, target=_target(args), **rate)
         if not args.json:
             print(display.arrival_text(answer), flush=True)
         telescope.leaves_tracking = leave
@@ -222,7 +225,19 @@ def _show(args: argparse.Namespace, answer: Mapping[str, Any], text: Callable[[M
 
 
 def _target(args: argparse.Namespace) -> str:
-    return " ".join(args.target)
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    return parse.anchored(" ".join(args.target))
+
+
+def _rate(args: argparse.Namespace) -> dict[str, Any]:
+    """Rates of one's own, as the calls take them."""
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    return {
+        "rate_arcsec_s": None if args.rate is None else parse.rate(args.rate),
+        "rate_from": None if args.rate_from is None else parse.utc(args.rate_from, time.time()),
+    }
 
 
 def _seconds(args: argparse.Namespace) -> float | None:

@@ -11,7 +11,7 @@ from clockdrive.configuration_keys import DRIVE_KINDS
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
     "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega), best, altaz:AZ,ALT or "
-    "hadec:H,D (degrees, observed)"
+    "hadec:H,D (degrees, observed), mpc:FILE#NAME (orbital elements), ephem:FILE (ECSV table)"
 )
 
 
@@ -40,12 +40,23 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
+def _add_rate(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--rate", metavar="EAST,NORTH", help="rates of one's own on top of the target's motion, arcseconds a second"
+    )
+    command.add_argument(
+        "--rate-from", metavar="UTC", help="when they have displaced nothing yet (default the start)"
+    )
+
+
 def _asking(add_with_target: Adder) -> None:
     plan = add_with_target("plan", "show a slew to a target; nothing moves")
     plan.add_argument("--at", metavar="UTC", help="when the slew would start (default now)")
     plan.add_argument("--from", dest="start", metavar="C1,C2", help="start counts; no drive is contacted")
     rates = add_with_target("rates", "tracking rates of both axes and the drive's registers")
     rates.add_argument("--at", metavar="UTC", help="for which moment (default now)")
+    _add_rate(plan)
+    _add_rate(rates)
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:
@@ -55,6 +66,8 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
     ending.add_argument("--exit", action="store_true", help="return after arrival; the drive goes on tracking")
     track = add_with_target("track", "slew to a target and track it for a time")
     track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
+    _add_rate(goto)
+    _add_rate(track)
     jog = add("jog", "move one axis at a speed for a time")
     jog.add_argument("axis", type=int, choices=(1, 2))
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")
