@@ -161,7 +161,7 @@ def read_elements(path: str | Path, name: str = "") -> Elements:
         The file cannot be read, nothing or more than one body in it has that name, or its elements are missing or
         impossible.
     """
-    wanted = key(name)
+    wanted = key(name) or name.strip()  # what is all punctuation is nobody's name, and not no name
     found, others = [], []
     for line in _bodies(path):
         if not wanted or _is_called(line, wanted):

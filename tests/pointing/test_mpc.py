@@ -146,6 +146,7 @@ def test_a_file_with_one_body_needs_no_name(file):
         ("Haley", "no body called 'Haley': did you mean 1P/Halley"),
         ("1995 O2", "did you mean C/1995 O1 (Hale-Bopp)?"),
         ("Zzyzx", "it holds 1P/Halley"),
+        ("-", "no body called '-': it holds 1P/Halley"),
     ],
 )
 def test_no_one_body_is_a_sentence_with_those_there_are(file, name, said):
