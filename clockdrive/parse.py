@@ -20,7 +20,8 @@ from pointing.targets import FixedAltAz, FixedHaDec, Star, Target
 MAX_DURATION_S = 366 * 86400.0
 _SHOWN = 60
 _FORMS = (
-    "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, tle:FILE#NAME, or best"
+    "give a name, 05:34:31.9 +22:00:52, 83.633,22.0145 in degrees, altaz:AZ,ALT, hadec:H,D, tle:FILE#NAME, "
+    "mpc:FILE#NAME, ephem:FILE, or best"
 )
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _PAIR = re.compile(rf"\s*({_NUMBER})\s*,\s*({_NUMBER})\s*", re.ASCII)
@@ -197,17 +198,31 @@ def _fixed(
 def _satellite(text: str, rest: str) -> Target:
     from pointing.satellite import Satellite  # noqa: PLC0415 - only its users pay
 
-    file, _, wanted = rest.strip().partition("#")
-    if not file.strip():
-        raise TargetError(f"{_short(text)}: write tle:FILE#NAME, or tle:FILE for a file with one satellite")
-    return Satellite.read(Path(file.strip()), wanted)
+    file, wanted = _file(text, rest)
+    return Satellite.read(Path(file), wanted)
 
 
-def _absent(what: str) -> Callable[[str, str], Target]:
-    def refuse(text: str, _rest: str) -> Target:
-        raise TargetError(f"{_short(text)}: this version does not point at {what}; {_FORMS}")
+def _minor_body(text: str, rest: str) -> Target:
+    from pointing.minor_body import MinorBody  # noqa: PLC0415 - what points at stars starts without
 
-    return refuse
+    file, name = _file(text, rest)
+    return MinorBody.from_file(file, name)
+
+
+def _table(text: str, rest: str) -> Target:
+    from pointing.ephemeris_table import EphemerisTable  # noqa: PLC0415 - as above
+
+    if not rest.strip():
+        raise TargetError(f"{_short(text)}: write ephem:FILE, an ECSV table")
+    return EphemerisTable.from_file(rest.strip())
+
+
+def _file(text: str, rest: str) -> tuple[str, str]:
+    """FILE and NAME of FILE#NAME; a file of one body needs no name."""
+    file, _, name = (part.strip() for part in rest.partition("#"))
+    if not file:
+        raise TargetError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
+    return file, name
 
 
 _OF_FILES = frozenset({"tle", "mpc", "ephem"})
@@ -215,8 +230,8 @@ _PREFIXES: dict[str, Callable[[str, str], Target]] = {
     "altaz": _fixed("altaz", FixedAltAz, "azimuth", "altitude"),
     "hadec": _fixed("hadec", FixedHaDec, "hour angle", "declination"),
     "tle": _satellite,
-    "mpc": _absent("minor planets and comets"),
-    "ephem": _absent("places of an ephemeris table"),
+    "mpc": _minor_body,
+    "ephem": _table,
 }
 
 
@@ -247,6 +262,20 @@ def utc(text: str, now: float) -> float:
     except (ValueError, OverflowError):
         advice = "write 2026-11-22T03:04:05Z or now"
         raise InputError(f"{_short(text)} is no moment in UTC that the calendar has: {advice}") from None
+
+
+def rate(text: str) -> tuple[float, float]:
+    """Rates of one's own from `EAST,NORTH`, arcseconds a second.
+
+    Raises
+    ------
+    InputError
+        They are not two numbers.
+    """
+    pair = _PAIR.fullmatch(text.replace("−", "-"))
+    if pair is None:
+        raise InputError(f"{_short(text)} is not EAST,NORTH, two numbers in arcseconds a second: write 0.5,-0.25")
+    return float(pair[1]), float(pair[2])
 
 
 def duration(text: str) -> float:

@@ -1,7 +1,7 @@
 """Plans and rates that need no drive: targets and times as people give them, positions as they say."""
 
 import math
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast
 
 from clockdrive import parse
 from clockdrive.answers import Answer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
@@ -11,7 +11,7 @@ from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
-from clockdrive.errors import ConfigurationError
+from clockdrive.errors import ConfigurationError, InputError
 from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError, Unreachable
@@ -20,10 +20,12 @@ from pointing.mount import POSTURES
 from pointing.pass_plan import PassPlan, is_fast, pass_plan
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
-from pointing.targets import Star, Target, notes_of
+from pointing.rate_offset import RateOffsetTarget
+from pointing.targets import ARCSEC, Star, Target, notes_of
 from pointing.vectors import Vector
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from datetime import datetime
 
     from astropy.coordinates import SkyCoord
@@ -46,7 +48,9 @@ def plan_from(
     target: "TargetLike",
     time: float,
     counts: tuple[float, float],
+    *,
     instrument: str | None = None,
+    drift: "Drift | None" = None,
 ) -> PlanAnswer | PassAnswer:
     """Plan a slew from given counts with the configured law of motion; nothing is contacted.
 
@@ -61,7 +65,7 @@ def plan_from(
     """
     instruments, around, left = without_a_drive(configuration, time, instrument)
     planner = instruments.planner
-    resolved = resolve(target, planner, time, sources_of(configuration))
+    resolved = drifting(resolve(target, planner, time, sources_of(configuration)), drift, time)
     found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
@@ -113,7 +117,12 @@ def notes_at(around: Surroundings, time: float, observed: Vector, target: Target
 
 
 def rates_at(
-    configuration: Configuration, target: "TargetLike", time: float, instrument: str | None = None
+    configuration: Configuration,
+    target: "TargetLike",
+    time: float,
+    *,
+    instrument: str | None = None,
+    drift: "Drift | None" = None,
 ) -> Answer:
     """Tracking rates of a target; nothing is contacted.
 
@@ -123,7 +132,8 @@ def rates_at(
         As for `plan_from`.
     """
     planner = without_a_drive(configuration, time, instrument)[0].planner
-    return rates_of(planner, resolve(target, planner, time, sources_of(configuration)), time)
+    resolved = drifting(resolve(target, planner, time, sources_of(configuration)), drift, time)
+    return rates_of(planner, resolved, time)
 
 
 def without_a_drive(
@@ -181,6 +191,58 @@ def resolve(given: "TargetLike", planner: Planner, time: float, sources: parse.S
     if hasattr(given, "icrs"):
         return Star.from_skycoord(given)
     raise TargetError(f"{given!r} is no target: give a name, a SkyCoord or a target of `pointing`")
+
+
+class Drift(NamedTuple):
+    """Rates of one's own on the sky, arcseconds a second, and the POSIX time of no displacement, if not the start."""
+
+    east_arcsec_s: float
+    north_arcsec_s: float
+    since: float | None = None
+
+
+def drift_of(rate_arcsec_s: "Sequence[float] | None", rate_from: "TimeLike | None") -> Drift | None:
+    """Put together rates as people give them.
+
+    Raises
+    ------
+    InputError
+        They are not two numbers; there is a time but no rates.
+    """
+    if rate_arcsec_s is None:
+        if rate_from is not None:
+            raise InputError("a time of rates without rates: give both, or neither")
+        return None
+    try:
+        east, north = (float(rate) for rate in rate_arcsec_s)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"rates {rate_arcsec_s!r}: give two numbers, east and north in arcseconds a second"
+        ) from None
+    return Drift(east, north, None if rate_from is None else posix(rate_from))
+
+
+def drifting(target: Target, drift: Drift | None, time: float) -> Target:
+    """Let a target drift; its displacement is none at `time` where the drift does not say when.
+
+    Raises
+    ------
+    TargetError
+        The rates are impossible, or lead more than half around the sky by `time`.
+    """
+    if drift is None:
+        return target
+    since = time if drift.since is None else drift.since
+    made = RateOffsetTarget(
+        target, drift.east_arcsec_s * ARCSEC, drift.north_arcsec_s * ARCSEC, Instant.from_posix(since)
+    )
+    drifted = math.hypot(made.east_rate, made.north_rate) * abs(time - since)
+    if drifted > math.pi:
+        raise TargetError(
+            f"{target.name}: a drift of {math.degrees(drifted):.1f}° since {made.since.utc_iso(0)}: at most 180°; "
+            "check --rate and --rate-from"
+        )
+    return made
 
 
 def posix(given: "TimeLike") -> float:

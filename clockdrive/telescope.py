@@ -33,7 +33,18 @@ from clockdrive.drive_registers import DriveRegisters
 from clockdrive.errors import Refused
 from clockdrive.guiding import Guiding
 from clockdrive.owner import Ownership
-from clockdrive.planning import answered, notes_at, plan_or_pass, posix, rates_of, resolve, sources_of
+from clockdrive.planning import (
+    Drift,
+    answered,
+    drift_of,
+    drifting,
+    notes_at,
+    plan_or_pass,
+    posix,
+    rates_of,
+    resolve,
+    sources_of,
+)
 from clockdrive.session import Session
 from clockdrive.slewing import Arrival, Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
@@ -165,7 +176,14 @@ class Telescope:
 
     # Moving ----------------------------------------------------------------------------------------------------
 
-    def plan(self, target: "TargetLike", at: "TimeLike | None" = None) -> PlanAnswer | PassAnswer:
+    def plan(
+        self,
+        target: "TargetLike",
+        at: "TimeLike | None" = None,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> PlanAnswer | PassAnswer:
         """Plan a slew, or the pass of a satellite that is not up yet; nothing moves.
 
         Parameters
@@ -174,6 +192,10 @@ class Telescope:
             Whatever the command line takes, or a place.
         at : float, datetime, Time or str, optional
             When the slew would start; now by default.
+        rate_arcsec_s : sequence of two floats, optional
+            Rates of one's own, east (with cos Dec) and north on the sky, on top of the target's own motion.
+        rate_from : float, datetime, Time or str, optional
+            When these have not displaced the target yet; when the slew starts by default.
 
         Raises
         ------
@@ -181,17 +203,25 @@ class Telescope:
             It is no target; it cannot be reached; the position is not synchronised.
         """
         time = self._time(at)
-        resolved = self._target(target, time)
+        resolved = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
         found = self._planned(resolved, None if at is None else time)
         around = self._session.surroundings
         return answered(found, time, self._session.planner, around, resolved, self._instruments.notes)
 
-    def goto(self, target: "TargetLike", progress: Report = nobody) -> Answer:
+    def goto(
+        self,
+        target: "TargetLike",
+        progress: Report = nobody,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`.
 
-        A satellite that comes up within half an hour is waited for.
+        Rates of one's own, as for `plan`, go on for as long as it is tracked. A satellite that comes up within half
+        an hour is waited for.
         """
-        resolved = self._target(target, self.clock.now())
+        resolved = self._target(target, self.clock.now(), drift_of(rate_arcsec_s, rate_from))
         self._control.call(self._session.require_free)
         found = self._planned(resolved, None)
         ahead = found if isinstance(found, PassPlan) else None
@@ -262,10 +292,18 @@ class Telescope:
 
     # Asking ----------------------------------------------------------------------------------------------------
 
-    def rates(self, target: "TargetLike", at: "TimeLike | None" = None) -> Answer:
-        """Tracking rates of both axes at a time."""
+    def rates(
+        self,
+        target: "TargetLike",
+        at: "TimeLike | None" = None,
+        *,
+        rate_arcsec_s: Sequence[float] | None = None,
+        rate_from: "TimeLike | None" = None,
+    ) -> Answer:
+        """Tracking rates of both axes at a time; rates of one's own as for `plan`."""
         time = self._time(at)
-        return rates_of(self._session.planner, self._target(target, time), time)
+        wanted = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
+        return rates_of(self._session.planner, wanted, time)
 
     def status(self) -> Answer:
         """Everything that is known now: position, activity, limits, corrections in force, notes."""
@@ -506,5 +544,5 @@ class Telescope:
     def _time(self, at: "TimeLike | None") -> float:
         return self.clock.now() if at is None else posix(at)
 
-    def _target(self, given: "TargetLike", time: float) -> Target:
-        return resolve(given, self._session.planner, time, sources_of(self.configuration))
+    def _target(self, given: "TargetLike", time: float, drift: Drift | None = None) -> Target:
+        return drifting(resolve(given, self._session.planner, time, sources_of(self.configuration)), drift, time)

@@ -9,14 +9,17 @@ from pointing.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from pointing.catalogue import find
+    from pointing.ephemeris_table import EphemerisTable
     from pointing.errors import PointingError, TargetError, Unreachable
     from pointing.gearing import Gearing
     from pointing.instant import Instant
     from pointing.limits import Horizon, Limits
+    from pointing.minor_body import MinorBody
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
     from pointing.planner import Planner
+    from pointing.rate_offset import RateOffsetTarget
     from pointing.satellite import Satellite
     from pointing.site import Site, Weather
     from pointing.sky import Sky
@@ -27,12 +30,14 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Axis": "pointing.plan",
+    "EphemerisTable": "pointing.ephemeris_table",
     "FixedAltAz": "pointing.targets",
     "FixedHaDec": "pointing.targets",
     "Gearing": "pointing.gearing",
     "Horizon": "pointing.limits",
     "Instant": "pointing.instant",
     "Limits": "pointing.limits",
+    "MinorBody": "pointing.minor_body",
     "Mount": "pointing.mount",
     "MountType": "pointing.mount",
     "OffsetTarget": "pointing.offset",
@@ -40,6 +45,7 @@ _HOME = {
     "Plan": "pointing.plan",
     "Planner": "pointing.planner",
     "PointingError": "pointing.errors",
+    "RateOffsetTarget": "pointing.rate_offset",
     "Satellite": "pointing.satellite",
     "Site": "pointing.site",
     "Sky": "pointing.sky",
@@ -57,12 +63,14 @@ _HOME = {
 
 __all__ = [
     "Axis",
+    "EphemerisTable",
     "FixedAltAz",
     "FixedHaDec",
     "Gearing",
     "Horizon",
     "Instant",
     "Limits",
+    "MinorBody",
     "Mount",
     "MountType",
     "OffsetTarget",
@@ -70,6 +78,7 @@ __all__ = [
     "Plan",
     "Planner",
     "PointingError",
+    "RateOffsetTarget",
     "Satellite",
     "Site",
     "Sky",

@@ -12,12 +12,13 @@ import erfa
 import numpy as np
 
 from pointing.instant import DAY, Instant
+from pointing.vectors import Vector
 
 _DEGREE = 7
 _DAYS = 2  # a segment's length; it begins on an even MJD
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
-_POLE = slice(9, 11)  # of the values
+_FROM_BARYCENTRE, _FROM_SUN, _POLE = slice(3), slice(6, 9), slice(9, 11)  # of the values
 _SECONDS_PER_UNIT = DAY * _DAYS / 2
 
 Powers = tuple[float, float, float, float, float, float, float, float]
@@ -52,6 +53,31 @@ def pole_rate(instant: Instant) -> tuple[float, float]:
         for _, c1, c2, c3, c4, c5, c6, c7 in segment(day // _DAYS)[_POLE]
     )
     return x / _SECONDS_PER_UNIT, y / _SECONDS_PER_UNIT
+
+
+def sun(instant: Instant) -> tuple[Vector, Vector]:
+    """Barycentric position of the Sun, au, and velocity, au a second, BCRS axes: what Earth and Sun differ by."""
+    day, seconds = instant
+    u = seconds / _SECONDS_PER_UNIT + (day % _DAYS - _DAYS / 2)
+    (x, vx), (y, vy), (z, vz) = (
+        (
+            ((((((c7 * u + c6) * u + c5) * u + c4) * u + c3) * u + c2) * u + c1) * u + c0,
+            ((((((7 * c7 * u + 6 * c6) * u + 5 * c5) * u + 4 * c4) * u + 3 * c3) * u + 2 * c2) * u + c1)
+            / _SECONDS_PER_UNIT,
+        )
+        for c0, c1, c2, c3, c4, c5, c6, c7 in _sun_segment(day // _DAYS)
+    )
+    return (x, y, z), (vx, vy, vz)
+
+
+@lru_cache(maxsize=64)
+def _sun_segment(index: int) -> tuple[tuple[float, ...], ...]:
+    """Power series of the Sun's barycentric position, au."""
+    series = segment(index)
+    return tuple(
+        tuple(from_barycentre - from_sun for from_barycentre, from_sun in zip(*pair, strict=True))
+        for pair in zip(series[_FROM_BARYCENTRE], series[_FROM_SUN], strict=True)
+    )
 
 
 @lru_cache(maxsize=512)

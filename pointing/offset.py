@@ -10,6 +10,7 @@ from pointing.targets import Target, notes_of
 from pointing.vectors import Vector
 
 _POLE = 1e-12  # closer than this there is neither east nor north
+_NEAR = 1e-7  # rad; below, the series of sin r / r is its first two terms
 
 
 @dataclass(frozen=True)
@@ -57,33 +58,70 @@ class OffsetTarget:
         return self.observed_with_rate(frame)[0]
 
     def observed_with_rate(self, frame: SkyFrame) -> tuple[Vector, Vector]:
-        """Return the observed direction and its derivative per second.
+        """Return the observed direction and its derivative per second."""
+        return displaced(*self.base.observed_with_rate(frame), (self.east, self.north), frame.sky.site.latitude)
 
-        With p the pole, ê = p × v / |p × v| points east and n̂ = v × ê north; the displaced direction is
-        v cos r + (east ê + north n̂) sin r / r.
-        """
-        v, rate = self.base.observed_with_rate(frame)
-        distance = math.hypot(self.east, self.north)
-        if distance == 0.0:
-            return v, rate
-        latitude = frame.sky.site.latitude
-        pole = (-math.cos(latitude), 0.0, math.sin(latitude))
-        across, across_rate = _cross(pole, v), _cross(pole, rate)
-        size = math.hypot(*across)
-        if size < _POLE:
-            east, east_rate = (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
-        else:
-            east = _scaled(across, 1.0 / size)
-            east_rate = _scaled(_sum(across_rate, _scaled(east, -_dot(east, across_rate))), 1.0 / size)
-        north = _cross(v, east)
-        north_rate = _sum(_cross(rate, east), _cross(v, east_rate))
-        cos, sinc = math.cos(distance), math.sin(distance) / distance
-        return (
-            _sum(_scaled(v, cos), _sum(_scaled(east, self.east * sinc), _scaled(north, self.north * sinc))),
+
+def displaced(
+    v: Vector, rate: Vector, offset: tuple[float, float], latitude: float, drift: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Vector, Vector]:
+    """Displace an observed direction along a great circle.
+
+    With p the pole, ê = p × v / |p × v| points east and n̂ = v × ê north; the displaced direction is
+    v cos r + (east ê + north n̂) sin r / r, r² = east² + north².
+
+    Parameters
+    ----------
+    v, rate : Vector
+        Unit vector of the horizon frame and its derivative per second.
+    offset : tuple of float
+        East and north, radians.
+    latitude : float
+        Of the site, radians.
+    drift : tuple of float, optional
+        How the offset itself changes, radians per second.
+
+    Returns
+    -------
+    tuple[Vector, Vector]
+        The displaced unit vector and its derivative per second.
+    """
+    (east, north), (east_drift, north_drift) = offset, drift
+    distance = math.hypot(east, north)
+    if distance == 0.0 and drift == (0.0, 0.0):
+        return v, rate
+    to_east, to_east_rate = _eastward(v, rate, latitude)
+    to_north = _cross(v, to_east)
+    to_north_rate = _sum(_cross(rate, to_east), _cross(v, to_east_rate))
+    cos, sinc = math.cos(distance), math.sin(distance) / distance if distance else 1.0
+    # d(cos r)/dt and d(sin r / r)/dt; the latter's bracket is −1/3 at r = 0 and no digit of it counts near there.
+    growth = east * east_drift + north * north_drift
+    bracket = (cos - sinc) / (distance * distance) if distance > _NEAR else -1.0 / 3.0
+    cos_rate, sinc_rate = -sinc * growth, bracket * growth
+    return (
+        _sum(_scaled(v, cos), _sum(_scaled(to_east, east * sinc), _scaled(to_north, north * sinc))),
+        _sum(
+            _sum(_scaled(rate, cos), _scaled(v, cos_rate)),
             _sum(
-                _scaled(rate, cos), _sum(_scaled(east_rate, self.east * sinc), _scaled(north_rate, self.north * sinc))
+                _sum(_scaled(to_east_rate, east * sinc), _scaled(to_north_rate, north * sinc)),
+                _sum(
+                    _scaled(to_east, east_drift * sinc + east * sinc_rate),
+                    _scaled(to_north, north_drift * sinc + north * sinc_rate),
+                ),
             ),
-        )
+        ),
+    )
+
+
+def _eastward(v: Vector, rate: Vector, latitude: float) -> tuple[Vector, Vector]:
+    """Direction of increasing right ascension at a direction, and its derivative; the horizon's east at a pole."""
+    pole = (-math.cos(latitude), 0.0, math.sin(latitude))
+    across, across_rate = _cross(pole, v), _cross(pole, rate)
+    size = math.hypot(*across)
+    if size < _POLE:
+        return (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
+    east = _scaled(across, 1.0 / size)
+    return east, _scaled(_sum(across_rate, _scaled(east, -_dot(east, across_rate))), 1.0 / size)
 
 
 def offset_between(v: Vector, displaced: Vector, latitude: float) -> tuple[float, float]:

@@ -7,9 +7,10 @@ postures and every winding within the axis limits, the one that arrives first by
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pointing.errors import PointingError, Unreachable
+from pointing.errors import PointingError, TargetError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
 from pointing.led_plan import led_plan
@@ -114,8 +115,10 @@ class Planner(Geometry):
         """
         if self.allowed(target, after):
             return None
-        found = next(passes(self, target, after, after + _SEARCH_SPAN), None)
-        return None if found is None else found.rise.time
+        with suppress(TargetError):  # nobody knows the target's place any further, as after the end of a table
+            found = next(passes(self, target, after, after + _SEARCH_SPAN), None)
+            return None if found is None else found.rise.time
+        return None
 
     def _free_from(self, target: Target, start: Start, timing: Timing) -> float | None:
         """When a refused target stands at an allowed place; if it does already, when the way from here is free."""

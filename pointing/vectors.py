@@ -62,6 +62,16 @@ def longitude_latitude(v: Vector) -> tuple[float, float]:
     return _turn(math.atan2(y, x)), math.atan2(z, math.hypot(x, y))
 
 
+def direction_with_rate(place: Vector, velocity: Vector) -> tuple[Vector, Vector]:
+    """Unit vector towards a place and its derivative, given the derivative of the place."""
+    x, y, z = place
+    n = 1.0 / math.sqrt(x * x + y * y + z * z)
+    x, y, z = x * n, y * n, z * n
+    dx, dy, dz = velocity[0] * n, velocity[1] * n, velocity[2] * n
+    along = x * dx + y * dy + z * dz
+    return (x, y, z), (dx - along * x, dy - along * y, dz - along * z)
+
+
 def _turn(angle: float) -> float:
     """Bring an angle of (−π, π] into [0, 2π), where a negative nothing stays below 2π."""
     return (angle + math.tau if angle < 0.0 else angle) % math.tau

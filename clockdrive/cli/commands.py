@@ -25,13 +25,15 @@ def plan(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     if args.start is not None:
         configuration = configuration_of(args.config)
-        counts = parse.counts(args.start)
-        answer = planning.plan_from(configuration, _target(args), at, counts, args.instrument).json
+        counts, drift = parse.counts(args.start), planning.drift_of(**_rate(args))
+        answer = planning.plan_from(
+            configuration, _target(args), at, counts, instrument=args.instrument, drift=drift
+        ).json
     elif args.instrument is not None:
         raise InputError(f"--instrument {args.instrument} goes with --from; `clockdrive instrument` chooses one")
     else:
         with backend(args.config, "plan", keep_tracking=True) as telescope:
-            answer = telescope.call("plan", target=_target(args), at=at if args.at else None)
+            answer = telescope.call("plan", target=_target(args), at=at if args.at else None, **_rate(args))
     _show(args, answer, display.plan_text)
 
 
@@ -40,7 +42,10 @@ def rates(args: argparse.Namespace) -> None:
     from clockdrive import parse, planning  # noqa: PLC0415 - as in `plan`
 
     at = parse.utc(args.at or "now", time.time())
-    answer = planning.rates_at(configuration_of(args.config), _target(args), at, args.instrument).json
+    drift = planning.drift_of(**_rate(args))
+    answer = planning.rates_at(
+        configuration_of(args.config), _target(args), at, instrument=args.instrument, drift=drift
+    ).json
     _show(args, answer, display.rates_text)
 
 
@@ -61,9 +66,10 @@ def goto(args: argparse.Namespace) -> None:
     seconds = _seconds(args)
     stay = args.command == "track" or seconds is not None
     leave = not stay and (args.exit or args.json)
+    rate = _rate(args)
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         with display.progress_bar(quiet=args.json) as show:
-            answer = telescope.call("goto", show, target=_target(args))
+            answer = telescope.call("goto", show, target=_target(args), **rate)
         if not args.json:
             print(display.arrival_text(answer), flush=True)
         telescope.leaves_tracking = leave
@@ -283,6 +289,16 @@ def _target(args: argparse.Namespace) -> str:
     from clockdrive import parse  # noqa: PLC0415 - as in `plan`
 
     return parse.anchored(" ".join(args.target), Path.cwd())
+
+
+def _rate(args: argparse.Namespace) -> dict[str, Any]:
+    """Rates of one's own, as the calls take them."""
+    from clockdrive import parse  # noqa: PLC0415 - as in `plan`
+
+    return {
+        "rate_arcsec_s": None if args.rate is None else parse.rate(args.rate),
+        "rate_from": None if args.rate_from is None else parse.utc(args.rate_from, time.time()),
+    }
 
 
 def _seconds(args: argparse.Namespace) -> float | None:

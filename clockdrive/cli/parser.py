@@ -11,7 +11,8 @@ from clockdrive.configuration_keys import DRIVE_KINDS
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
     "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega, Moon, Jupiter), best, "
-    "altaz:AZ,ALT or hadec:H,D (degrees, observed), tle:FILE#NAME (a satellite of a TLE file)"
+    "altaz:AZ,ALT or hadec:H,D (degrees, observed), tle:FILE#NAME (a satellite of a TLE file), mpc:FILE#NAME "
+    "(orbital elements), ephem:FILE (ECSV table)"
 )
 
 
@@ -41,6 +42,15 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
+def _add_rate(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--rate", metavar="EAST,NORTH", help="rates of one's own on top of the target's motion, arcseconds a second"
+    )
+    command.add_argument(
+        "--rate-from", metavar="UTC", help="when they have displaced nothing yet (default the start)"
+    )
+
+
 def _asking(add_with_target: Adder) -> None:
     plan = add_with_target("plan", "show a slew to a target; nothing moves")
     plan.add_argument("--at", metavar="UTC", help="when the slew would start (default now)")
@@ -53,6 +63,8 @@ def _asking(add_with_target: Adder) -> None:
     passes.add_argument("--hours", type=float, default=24.0, help="for how long to search (default 24)")
     passes.add_argument("--at", metavar="UTC", help="from when on (default now)")
     passes.add_argument("--above", type=float, metavar="DEG", help="an altitude to exceed besides the limits")
+    _add_rate(plan)
+    _add_rate(rates)
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:
@@ -62,6 +74,8 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
     ending.add_argument("--exit", action="store_true", help="return after arrival; the drive goes on tracking")
     track = add_with_target("track", "slew to a target and track it for a time")
     track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
+    _add_rate(goto)
+    _add_rate(track)
     jog = add("jog", "move one axis at a speed for a time")
     jog.add_argument("axis", type=int, choices=(1, 2))
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")

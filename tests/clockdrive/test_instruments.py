@@ -106,12 +106,15 @@ def test_an_unknown_instrument_is_refused_with_those_there_are(tmp_path):
             scope.instrument("cam")
         assert scope.status()["instrument"] == "main"
     with pytest.raises(Refused, match="no instrument 'cam'"):
-        plan_from(load(None, {}, TWO), "Canopus", T0, (CENTRE, CENTRE), "cam")
+        plan_from(load(None, {}, TWO), "Canopus", T0, (CENTRE, CENTRE), instrument="cam")
 
 
 def test_plans_and_rates_without_a_drive_take_the_instrument_named():
     configuration = load(None, {}, {**TWO, "limits.sun_avoidance_deg": 0.0})
-    plans = {name: plan_from(configuration, "Canopus", T0, (CENTRE, CENTRE), name) for name in ("main", "camera")}
+    plans = {
+        name: plan_from(configuration, "Canopus", T0, (CENTRE, CENTRE), instrument=name)
+        for name in ("main", "camera")
+    }
     assert plan_from(configuration, "Canopus", T0, (CENTRE, CENTRE)).plan.axes == plans["main"].plan.axes
     planner = assembly.planner(configuration, "camera")
     for name, plan in plans.items():
@@ -119,7 +122,7 @@ def test_plans_and_rates_without_a_drive_take_the_instrument_named():
         here = planner.sky.at(Instant.from_posix(plan.plan.arrival))
         assert separation(plan.plan.observed, assembly_target().observed(here)) < 1e-5
         assert (separation(planner.mount.observed(*angles), plan.plan.observed) < 1e-9) == (name == "camera")
-    one, two = (rates_at(configuration, "Canopus", T0, name)["axes"] for name in ("main", "camera"))
+    one, two = (rates_at(configuration, "Canopus", T0, instrument=name)["axes"] for name in ("main", "camera"))
     assert one[0]["angle_deg"] != two[0]["angle_deg"]
 
 

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from mpc_lines import CERES, COMETS
 from satellites import ORBITS
 
 from clockdrive import parse
@@ -118,9 +119,11 @@ def test_names_are_looked_up_and_best_stays_symbolic():
         ("tle:", "write tle:FILE#NAME"),
         ("tle:#ISS", "write tle:FILE#NAME"),
         ("tle:" + "x" * 5000, "cannot be read"),
-        ("mpc:f#Ceres", "does not point at minor planets"),
-        ("ephem:f.ecsv", "does not point at places of an ephemeris"),
         ("Ganymede", "Sun, Moon and planets by name"),
+        ("mpc:none#Ceres", "'none' cannot be read (No such file or directory)"),
+        ("mpc:#Ceres", "write mpc:FILE#NAME"),
+        ("ephem:none.ecsv", "'none.ecsv' cannot be read (No such file or directory)"),
+        ("ephem:", "write ephem:FILE"),
         ("Vegga", "Vega"),
         ("x" * 5000, ""),
     ],
@@ -129,6 +132,35 @@ def test_what_is_no_target_is_told_with_value_and_bound(words, said):
     with pytest.raises(TargetError) as caught:
         parse.target(words)
     assert said in str(caught.value)
+
+
+def test_bodies_of_files_are_targets(tmp_path):
+    path = tmp_path / "my comets.txt"
+    path.write_text(COMETS, encoding="utf-8")
+    assert parse.target(["mpc:" + str(tmp_path / "my"), "comets.txt#hale", "bopp"]).name == "C/1995 O1 (Hale-Bopp)"
+    path.write_text(CERES, encoding="utf-8")
+    assert parse.target(f"MPC: {path}").name == "(1) Ceres"
+
+
+def test_a_relative_path_is_made_whole_for_whoever_reads_it_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    here = tmp_path.absolute()
+    assert parse.anchored("mpc:a.txt#1P", here) == f"mpc:{here / 'a.txt'}#1P"
+    assert parse.anchored("ephem: t.ecsv", here) == f"ephem:{here / 't.ecsv'}"
+    assert parse.anchored(f"tle:{here}#ISS", here) == f"tle:{here}#ISS"
+    for other in ("M1", "altaz:1,2", "05:34:31.9 +22:00:52", "mpc:", "mpc:#1P", "x:y"):
+        assert parse.anchored(other, here) == other
+
+
+def test_rates_are_two_numbers_of_either_sign():
+    assert parse.rate("0.5,-0.25") == (0.5, -0.25)
+    assert parse.rate("−1, +2") == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "nan,1", "1;2"])
+def test_no_rates_are_a_sentence(text):
+    with pytest.raises(InputError, match="is not EAST,NORTH, two numbers in arcseconds a second"):
+        parse.rate(text)
 
 
 @settings(max_examples=500, deadline=None)
@@ -243,7 +275,12 @@ def test_no_counts_are_a_sentence(text):
 @settings(max_examples=300, deadline=None)
 @given(st.text(max_size=30) | st.text("0123456789.,:-+TZhms x", max_size=25))
 def test_any_text_is_a_value_or_an_input_error(text):
-    for reads in (lambda: parse.utc(text, 0.0), lambda: parse.duration(text), lambda: parse.counts(text)):
+    for reads in (
+        lambda: parse.utc(text, 0.0),
+        lambda: parse.duration(text),
+        lambda: parse.counts(text),
+        lambda: parse.rate(text),
+    ):
         with contextlib.suppress(InputError):
             reads()
 

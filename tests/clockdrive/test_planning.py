@@ -1,5 +1,6 @@
 """Targets and moments in every form that people have them; plans without any drive."""
 
+import math
 import re
 from datetime import UTC, datetime
 
@@ -7,7 +8,7 @@ import pytest
 from astropy import units
 from astropy.coordinates import SkyCoord
 from astropy.time import Time
-from telescope_bench import T0, telescope
+from telescope_bench import ARCSEC_PER_COUNT, QUICK, T0, Witness, star_at, telescope
 
 from clockdrive import assembly
 from clockdrive.best import best
@@ -15,9 +16,12 @@ from clockdrive.cli.display import arrival_text, rates_text
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, InputError, Refused
 from clockdrive.parse import Sources
-from clockdrive.planning import plan_from, posix, rates_of, resolve
+from clockdrive.planning import drift_of, plan_from, posix, rates_at, rates_of, resolve
+from pointing.ephemeris_table import EphemerisTable
 from pointing.errors import TargetError, Unreachable
-from pointing.targets import FixedAltAz, Star
+from pointing.instant import Instant
+from pointing.rate_offset import RateOffsetTarget
+from pointing.targets import FixedAltAz, FixedHaDec, Star
 
 CENTRE = (0x800000, 0x800000)
 
@@ -134,3 +138,73 @@ def test_no_best_object_is_a_sentence():
 def test_what_is_out_of_reach_says_by_how_much(configuration):
     with pytest.raises(Unreachable, match=r"30\.00° below the horizon limit of 15\.00°"):
         plan_from(configuration, "altaz:10,-15", T0, CENTRE)
+
+
+def test_rates_of_ones_own_are_added_to_those_of_the_target(configuration):
+    """On the equator and the meridian, axis 1 of an equatorial mount turns east as right ascension grows."""
+    target = FixedHaDec(0.0, 0.0)
+    still = rates_at(configuration, target, T0)
+    moving = rates_at(configuration, target, T0, drift=drift_of((3.6, -7.2), None))
+    gained = [
+        (after["rate_deg_s"] - before["rate_deg_s"]) * 3600.0
+        for before, after in zip(still["axes"], moving["axes"], strict=True)
+    ]
+    assert gained == pytest.approx([-3.6, -7.2], abs=1e-6)
+
+
+def test_rates_begin_at_the_start_unless_a_moment_is_given(configuration):
+    target = FixedHaDec(0.0, 0.0)
+    plans = [
+        plan_from(configuration, target, T0, CENTRE, drift=drift_of(*rates))["observed"]["declination_deg"]
+        for rates in ((None, None), ((0.0, 36.0), None), ((0.0, 36.0), T0 - 100.0))
+    ]
+    eta = plan_from(configuration, target, T0, CENTRE, drift=drift_of((0.0, 36.0), None)).plan.eta
+    assert plans[1] - plans[0] == pytest.approx(0.01 * eta, abs=0.001)
+    assert plans[2] - plans[1] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("rates", "error", "said"),
+    [
+        ((None, T0), InputError, "a time of rates without rates"),
+        (((1.0,), None), InputError, "give two numbers, east and north"),
+        ((("a", 1.0), None), InputError, "give two numbers, east and north"),
+        (((1.0, 1.0), "soon"), InputError, "no moment"),
+        (((4e4, 0.0), None), TargetError, "together at most 36000″/s"),
+        (((float("nan"), 0.0), None), TargetError, "together at most 36000″/s"),
+        (((100.0, 0.0), T0 - 86400.0), TargetError, "a drift of 2400.0° since 2027-01-14T08:00:00Z: at most 180°"),
+    ],
+)
+def test_impossible_rates_are_told(configuration, rates, error, said):
+    with pytest.raises(error) as refused:
+        rates_at(configuration, FixedHaDec(0.0, 0.0), T0, drift=drift_of(*rates))
+    assert said in str(refused.value)
+
+
+def test_the_telescope_takes_rates_and_follows_them(tmp_path):
+    with telescope(tmp_path, **{name.replace(".", "__"): value for name, value in QUICK.items()}) as scope:
+        star = star_at(scope, 90.0, 50.0)
+        witness, begin = Witness(scope), scope.clock.now()
+        plain = scope.rates(star)["axes"]
+        rated = scope.rates(star, rate_arcsec_s=(0.0, 7.2))["axes"]
+        assert (rated[1]["rate_deg_s"] - plain[1]["rate_deg_s"]) * 3600.0 == pytest.approx(7.2, rel=1e-3)
+        assert scope.plan(star, rate_arcsec_s=(0.0, 7.2), rate_from=begin - 500.0)["ok"]
+        scope.goto(star, rate_arcsec_s=(5.0, 7.2))
+        scope.wait(200.0)
+        now = scope.clock.now()
+        away = witness.on_sky_arcsec(star, witness.now(), now)
+        drift = RateOffsetTarget(star, math.radians(5.0 / 3600), math.radians(7.2 / 3600), Instant.from_posix(begin))
+        off = witness.on_sky_arcsec(drift, witness.now(), now)
+    print(f"after {now - begin:.0f} s {away:.1f}″ from the star, {off:.2f}″ from where it should be by then")
+    assert away == pytest.approx(math.hypot(5.0, 7.2) * (now - begin), rel=1e-3)
+    assert off < 2.0 * ARCSEC_PER_COUNT
+
+
+def test_a_table_that_ends_is_refused_beyond_its_end_and_says_no_later_moment(configuration):
+    times = tuple(Instant.from_posix(T0 + 600.0 * k) for k in range(8))
+    table = EphemerisTable("Rock", times, ((0.5, 0.5, math.sqrt(0.5)),) * 8)
+    with pytest.raises(TargetError, match=r"Rock: its table holds 2027-01-15T08:00:00.000Z to 2027-01-15T09:10"):
+        plan_from(configuration, table, T0 + 5000.0, CENTRE)
+    with pytest.raises(Unreachable, match=r"Rock: .*horizon") as refused:
+        plan_from(configuration, table, T0 + 600.0, CENTRE)
+    assert refused.value.reachable is None

@@ -26,7 +26,9 @@ def test_each_call_answers_in_plain_values(service):
     assert events[-1]["remaining_s"] == 0.0
     assert events[0]["eta_s"] == pytest.approx(arrived["eta_s"], abs=1e-3)
     for name, args in (
-        ("plan", {"target": "Canopus"}), ("rates", {"target": "Canopus"}), ("registers", {}), ("status", {}),
+        ("plan", {"target": "Canopus"}), ("rates", {"target": "Canopus"}),
+        ("plan", {"target": "Canopus", "rate_arcsec_s": [1.0, -1.0], "rate_from": "2027-01-15T08:00:00Z"}),
+        ("rates", {"target": "Canopus", "rate_arcsec_s": [1.0, -1.0]}), ("registers", {}), ("status", {}),
         ("offset", {"east_arcsec": 1.0, "north_arcsec": 2.0}), ("clear", {"correction": "offset"}),
         ("sync", {"target": "best"}), ("home", {}), ("jog", {"axis": 1, "deg_s": 0.5, "seconds": 1.0}),
         ("park", {}), ("unpark", {}), ("power", {"on": True}), ("stop", {}),

@@ -6,7 +6,10 @@ import sys
 import zipfile
 
 import pytest
+from astropy import units as u
 from astropy.io import fits
+from astropy.table import Table
+from mpc_lines import COMETS
 
 from clockdrive.cli import display, main
 from pointing import kernel
@@ -188,6 +191,44 @@ def test_without_the_extra_the_moon_is_where_the_series_have_it_and_pluto_is_ref
         assert "pip install 'clockdrive[planets]'" in refused["reason"]
     finally:
         kernel.bundled_kernel.cache_clear()
+
+
+def test_rates_of_ones_own_are_taken_by_every_command_that_points(answer, run):
+    at = "--at 2026-11-22T13:00:00Z"
+    plain, own = (
+        answer(f"rates hadec:0,0 {at} {rate}")[1]["axes"]
+        for rate in ("", "--rate -3.6,7.2 --rate-from 2026-11-22T12:59:50")
+    )
+    gained = [(b["rate_deg_s"] - a["rate_deg_s"]) * 3600.0 for a, b in zip(plain, own, strict=True)]
+    assert gained == pytest.approx([3.6, 7.2], abs=0.01)
+    for line in (
+        f"plan {UP} {at} --from 8388608,8388608",
+        f"plan {UP}",
+        f"goto {UP} --for 0.5s",
+        f"track {UP} --for 0.5s",
+    ):
+        assert answer(f"{line} --rate 0.5,-0.25")[0] == 0, line
+    code, _, err = run(f"goto {UP} --rate fast")
+    assert (code, "'fast' is not EAST,NORTH" in err) == (2, True)
+    assert "without rates" in run(f"plan {UP} --rate-from now")[2]
+    assert "together at most 36000″/s" in run(f"goto {UP} --rate 100000,0")[2]
+
+
+def test_bodies_and_tables_of_files_are_pointed_at_from_where_the_files_are(answer, run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "comets.txt").write_text(COMETS, encoding="utf-8")
+    at = "--at 2026-11-22T13:00:00Z"
+    code, found = answer(f"rates mpc:comets.txt#1P {at}")
+    assert (code, found["target"]) == (0, "1P/Halley")
+    code, refused = answer("plan mpc:comets.txt#Haley")
+    assert (code, "did you mean 1P/Halley" in refused["reason"]) == (1, True)
+    hours = [f"2026-11-22T{hour:02d}:00:00" for hour in range(10, 16)]
+    places = Table({"time": hours, "ra": [83.0 + k for k in range(6)] * u.deg, "dec": [-22.0] * 6 * u.deg})
+    places.write(tmp_path / "rock.ecsv", format="ascii.ecsv")
+    code, found = answer(f"plan ephem:rock.ecsv {at} --from 8388608,8388608")
+    assert (code, found["target"]) == (0, "rock")
+    code, _, err = run("plan ephem:rock.ecsv --at 2026-11-22T15:30:00Z --from 8388608,8388608")
+    assert (code, "nothing is extrapolated" in err) == (1, True)
 
 
 def test_park_home_jog_and_unpark(answer, run):
