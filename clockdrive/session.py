@@ -19,7 +19,7 @@ from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
-from pointing.errors import PointingError, TargetError, Unreachable
+from pointing.errors import PointingError, Unreachable
 from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
@@ -171,12 +171,12 @@ class Session:
             if self.pursuit.adapt(now):
                 self.note("tracking", f"{name} {_LED if self.pursuit.led else _NOT_LED}")
             self._period = self.drive.follow(self.pursuit, now)
-        except TargetError as error:
-            self.halt(str(error))
         except TransportError as error:
             self._link_lost(error)
         except Unreachable as error:  # the target has come to where the pointing origin does not
             self.halt(f"{name}: {error}")
+        except PointingError as error:  # it has no place any more, as after the end of its table
+            self.halt(str(error))
         return self._period
 
     def poll(self) -> Reading | None:
@@ -213,8 +213,10 @@ class Session:
             return None
         if self.pursuit.is_joined(reading.time):
             return rests_at(reading, self.drive.slew_models, self._period)
-        (one, _), (two, _) = self.pursuit.at(reading.time + 2.0 * self._period)
-        return one, two
+        with suppress(PointingError):  # it ends before that: `follow` stops there and says why
+            (one, _), (two, _) = self.pursuit.at(reading.time + 2.0 * self._period)
+            return one, two
+        return None
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""

@@ -7,7 +7,7 @@ closes in on a limit without passing it.
 import math
 from collections.abc import Iterator
 
-from pointing.errors import TargetError
+from pointing.errors import TargetError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
 from pointing.limits import Check
@@ -63,7 +63,7 @@ def _look(trajectory: Trajectory, time: float) -> float | Check:
     geometry = trajectory.geometry
     try:
         state = trajectory.angles(time)
-    except TargetError as error:
+    except (TargetError, Unreachable) as error:  # it has no place, or one where the pointing origin does not come
         return Check("target", ok=False, detail=str(error))
     frame = geometry.sky.at(Instant.from_posix(time))
     observed = geometry.mount.observed(state[0][0], state[1][0])

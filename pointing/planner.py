@@ -169,12 +169,13 @@ class Planner(Geometry):
         if plan.trajectory is not None:
             return min(planned_pass(plan.trajectory, plan.arrival, _angles(plan)).followed_s, _KEPT_S)
         near, seconds = _angles(plan), 0.0
-        while seconds < _KEPT_S:
-            state = self.track(target, plan.arrival + seconds + _KEPT_STEP_S, plan.posture, near)
-            near = state[0][0], state[1][0]
-            if not all(axis.minimum <= angle <= axis.maximum for axis, angle in zip(self.free, near, strict=True)):
-                break
-            seconds += _KEPT_STEP_S
+        with suppress(PointingError):  # it has no place any further, or one where the pointing origin does not come
+            while seconds < _KEPT_S:
+                state = self.track(target, plan.arrival + seconds + _KEPT_STEP_S, plan.posture, near)
+                near = state[0][0], state[1][0]
+                if not all(axis.minimum <= here <= axis.maximum for axis, here in zip(self.free, near, strict=True)):
+                    break
+                seconds += _KEPT_STEP_S
         return seconds
 
     def _ways(

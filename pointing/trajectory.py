@@ -10,6 +10,7 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from pointing.errors import PointingError
 from pointing.geometry import Geometry
 from pointing.mount import Posture
 from pointing.plan import AxisState, Leading, Start
@@ -159,7 +160,10 @@ class Trajectory:
         while self._seen[0] < until:
             before, was = self._seen
             time = before + _STEP_S
-            state = self.geometry.track(self.target, time, self.posture, self._reached(before, was))
+            try:
+                state = self.geometry.track(self.target, time, self.posture, self._reached(before, was))
+            except PointingError:
+                return  # it has no place then: whoever asks for that time is told
             bridged = [axis for axis in (0, 1) if not self._keeps_up(axis, before, was[axis], state[axis])]
             for axis in bridged:
                 gearing, (angle, rate) = self.geometry.axes[axis].gearing, was[axis]
@@ -220,7 +224,7 @@ class Trajectory:
         """As `_quickest`, where the target's velocity changes too much for that: step by step, then by halving."""
         early, late = least, least + _STEP_S
         while not self._in_time(axis, begin, counts, rate, near, late):
-            early, late = late, late + _STEP_S
+            early, late = late, late + max(_STEP_S, 0.02 * late)
             if late > _LONGEST_BRIDGE_S:
                 return None
         while late - early > _SETTLED_S:
@@ -241,7 +245,10 @@ class Trajectory:
         """The quickest motion to a place that moves as the target does `seconds` after `begin`."""
         assert self.leading is not None  # noqa: S101 - nothing is bridged without it
         setup = self.geometry.axes[axis]
-        angle, speed = self.geometry.track(self.target, begin + seconds, self.posture, (near, near))[axis]
+        try:
+            angle, speed = self.geometry.track(self.target, begin + seconds, self.posture, (near, near))[axis]
+        except PointingError:
+            return None  # it has no place then
         within = min(self.geometry.free[axis].windings(angle), key=lambda wound: abs(wound - near), default=angle)
         place, speed = setup.gearing.counts(within), speed * setup.gearing.counts_per_radian
         return self.leading.ramps[axis].meet(counts, rate, place - speed * seconds, speed)
