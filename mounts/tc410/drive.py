@@ -522,6 +522,7 @@ class TC410:
             return _TRACKING.period_s
         if path.led:
             self._direct.begin()
+            self._restore_speed()  # a move before this one may have lowered it
         reading = self._ready(self._last or self.read(time))
         tracked = self._tracked = self._tracked or self._tracked_as(reading)
         pace = self._led_pace() if path.led else _TRACKING
