@@ -185,11 +185,13 @@ def _pass(found: PassPlan, planner: Planner) -> dict[str, Any]:
     }
 
 
-def arrival_answer(arrival: "Arrival", planner: Planner, notes: Sequence[str] = ()) -> Answer:
+def arrival_answer(
+    arrival: "Arrival", planner: Planner, notes: Sequence[str] = (), target: Target | None = None
+) -> Answer:
     """Put an arrival into the form of `goto --json`."""
     return Answer(
         {
-            **plan_answer(arrival.plan, planner, notes).json,
+            **plan_answer(arrival.plan, planner, notes, target).json,
             "arrived_utc": utc(arrival.arrived),
             "arrival_error_arcsec": round(arrival.error_arcsec, 3),
             "slews": arrival.slews,

@@ -229,7 +229,7 @@ class Telescope:
             text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
             raise Unreachable(text, ahead.reachable)
         arrival = self._perform(self._gone_to(resolved, progress, ahead))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved))
+        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved), resolved)
 
     def flip(self, progress: Report = nobody) -> Answer:
         """Take up the tracked target in the other posture, by a safe way; a German mount changes sides."""

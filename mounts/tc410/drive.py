@@ -564,7 +564,8 @@ class TC410:
         self._tracked = None  # unless the unit acknowledges it: it may move so, or not
         for i, axis in enumerate(tracked):
             self._unit.write(f"axis{i + 1}_{register}", axis.velocity)
-        self._write_control(self._control & ~(_TRACK | _REMOTE) | source)
+        # The unit may have cleared its slew bit when the slew ended: to write it again would begin another.
+        self._write_control(self._control & ~(_SLEW | _TRACK | _REMOTE) | source)
         self._tracked = tracked
         if source == _TRACK:
             self._direct.end()

@@ -1,9 +1,12 @@
-"""High satellites are met by one slew and followed, on the simulator's wire."""
+"""Satellites by their elements are met once and followed, on the simulator's wire; a table ends before its end."""
+
+import math
 
 import pytest
 from satellites import EPOCH_UTC, NO_DRAG, ORBITS, lines
 
 from clockdrive import Telescope, VirtualClock
+from clockdrive.answers import utc
 from pointing.instant import Instant
 from pointing.satellite import Satellite
 from pointing.tle import Tle
@@ -38,3 +41,63 @@ def test_a_high_satellite_is_met_by_one_slew_and_followed(name, tmp_path, monkey
         assert arrival["arrival_error_arcsec"] < 5.0  # a tenth of a second of its way, before tracking
         assert worst < 1.0
         assert scope.status()["doing"] == "tracking"
+
+
+@pytest.mark.parametrize("name", ["400 km", "sun-synchronous"])
+@pytest.mark.parametrize("kind", ["altaz-fork", "equatorial-fork"])
+def test_a_low_satellite_is_waited_for_and_met_with_its_velocity(name, kind, tmp_path, monkeypatch):
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path))
+    monkeypatch.setenv("CLOCKDRIVE_MOUNT__TYPE", kind)
+    target = Satellite(Tle(*ORBITS[name], name))
+    with opened(START) as scope:
+        day = passes(scope._session.planner, target, START, START + 2 * 86400.0)
+        found = next(each for each in day if each.duration > 200.0 and each.rise.time > START + 300.0)
+    with opened(found.rise.time - 200.0) as scope:
+        plan = scope.plan(target)
+        assert plan["pass"]["followed_s"] > 0.5 * found.duration
+        assert abs(plan["eta_s"] - 200.0) < 3.0
+        arrival = scope.goto(target)
+        assert arrival["slews"] == 1
+        assert any(note.startswith(f"{name}: its elements are") for note in arrival["notes"])
+        scope.wait(2.0)
+        worst = 0.0
+        while scope.status()["doing"] == "tracking":
+            now = Instant.from_posix(scope.clock.now()).posix()
+            if not any(gap["begin_utc"] <= utc(now + 1.0) and utc(now - 1.0) <= gap["end_utc"] for gap in lost(plan)):
+                worst = max(worst, scope.status()["error_arcsec"])
+            scope.wait(3.1)
+        print(f"{name}, {kind}: {plan['pass']['followed_s']:.0f} s of {found.duration:.0f} s, worst {worst:.2f}″")
+        assert worst < 5.0
+        assert "before it would lead out" in scope.status()["trouble"]
+
+
+def lost(plan):
+    return plan["pass"]["lost"]
+
+
+def test_a_table_that_ends_stops_the_telescope_before_its_end(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path / "state"))
+    with opened(START) as scope:
+        frame = scope._session.planner.sky.at(Instant.from_posix(START))
+        x, y, z = frame.astrometric((0.3, 0.2, math.sqrt(1.0 - 0.13)))
+        ra, dec = math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.asin(z))
+        rows = "".join(f"{utc(START + 60.0 * (k - 2))[:-1]} {ra + 0.01 * k:.6f} {dec:.6f}\n" for k in range(8))
+        path = tmp_path / "rock.ecsv"
+        path.write_text(
+            "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: time, datatype: string}\n"
+            "# - {name: ra, unit: deg, datatype: float64}\n# - {name: dec, unit: deg, datatype: float64}\n"
+            f"time ra dec\n{rows}",
+            encoding="utf-8",
+        )
+        plan = scope.plan(f"ephem:{path}")
+        assert plan["next_limit"]["name"] == "target"
+        scope.goto(f"ephem:{path}")
+        scope.wait(START + 298.0 - scope.clock.now())
+        assert scope.status()["doing"] == "tracking"
+        scope.wait(4.0)
+        status = scope.status()
+        assert status["doing"] == "idle"
+        assert "rock: its table holds" in status["trouble"]
+        events = [event for event in scope.events(50) if "its table holds" in event.text]
+        assert min(event.time for event in events) <= START + 300.0
+        assert not any(axis.moved for axis in scope.simulator.axes)
