@@ -133,14 +133,15 @@ class Planner(Geometry):
 
     def _first(self, goes: Callable[[float], bool], after: float) -> float | None:
         """Return the first time within a day at which there is a way that there is not now, to 1 s."""
-        for k in range(1, int(_SEARCH_SPAN / _WAY_STEP) + 1):
-            found = after + _WAY_STEP * k
-            if goes(found):
-                early = found - _WAY_STEP
-                while found - early > 1.0:
-                    middle = (early + found) / 2.0
-                    early, found = (early, middle) if goes(middle) else (middle, found)
-                return found
+        with suppress(TargetError):  # as in `reachable`
+            for k in range(1, int(_SEARCH_SPAN / _WAY_STEP) + 1):
+                found = after + _WAY_STEP * k
+                if goes(found):
+                    early = found - _WAY_STEP
+                    while found - early > 1.0:
+                        middle = (early + found) / 2.0
+                        early, found = (early, middle) if goes(middle) else (middle, found)
+                    return found
         return None
 
     def straight(

@@ -11,7 +11,7 @@ from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.offset import displaced
 from pointing.sky import SkyFrame
-from pointing.targets import ARCSEC, Target
+from pointing.targets import ARCSEC, Target, notes_of
 from pointing.vectors import Vector
 
 LARGEST_RATE = math.radians(10.0)  # per second; the fastest satellites go at 2°
@@ -54,8 +54,7 @@ class RateOffsetTarget:
 
     def note_at(self, instant: Instant) -> str:
         """Say how it drifts and how far it has come, after what its base has to say."""
-        base = getattr(self.base, "note_at", None)
-        told = base(instant) if base is not None else ""
+        told = "".join(notes_of(self.base, instant))
         seconds = instant.since(self.since)
         drift = math.hypot(self.east_rate, self.north_rate) * abs(seconds) / ARCSEC
         mine = f"drifts by {self._rates()} since {self.since.utc_iso(0)}, {drift:.1f}″ by now"

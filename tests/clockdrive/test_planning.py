@@ -200,6 +200,12 @@ def test_the_telescope_takes_rates_and_follows_them(tmp_path):
     assert off < 2.0 * ARCSEC_PER_COUNT
 
 
+def test_a_table_is_planned_to_its_end_although_nobody_knows_how_long_it_could_be_tracked(configuration, planner):
+    up = planner.sky.at(Instant.from_posix(T0)).astrometric(FixedAltAz(1.0, 1.0).observed(None))
+    table = EphemerisTable("Rock", tuple(Instant.from_posix(T0 + 600.0 * k) for k in range(8)), (up,) * 8)
+    assert plan_from(configuration, table, T0 + 3900.0, CENTRE).plan.arrival < T0 + 4200.0
+
+
 def test_a_table_that_ends_is_refused_beyond_its_end_and_says_no_later_moment(configuration):
     times = tuple(Instant.from_posix(T0 + 600.0 * k) for k in range(8))
     table = EphemerisTable("Rock", times, ((0.5, 0.5, math.sqrt(0.5)),) * 8)

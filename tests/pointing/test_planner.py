@@ -332,8 +332,8 @@ def test_a_target_that_never_rises_has_no_time():
     assert refused.value.reachable is None
 
 
-def test_a_way_blocked_by_the_sun_says_when_it_is_free():
-    """The Sun stands between; the target itself is allowed, now and later."""
+def blocked_by_the_sun():
+    """A planner at noon, the Sun between the start and what stands in the west."""
     subject = planner(MountType.ALTAZ_FORK, 35.0, sun_deg=40.0, limits_deg=((0.0, 359.0), (0.0, 91.0)))
     noon = next(
         time
@@ -341,7 +341,32 @@ def test_a_way_blocked_by_the_sun_says_when_it_is_free():
         if subject.sky.at(Instant.from_posix(time)).sun()[2] > 0.5
         and abs(subject.sky.at(Instant.from_posix(time)).sun()[1]) < 0.05
     )
-    start = start_at(subject, 110.0, 20.0, noon)
+    return subject, noon, start_at(subject, 110.0, 20.0, noon)
+
+
+class Ending(FixedAltAz):
+    """A place that nobody knows for more than twenty minutes after noon, as after the end of a table."""
+
+    end: Instant
+
+    def observed(self, frame):
+        if frame.instant > self.end:
+            raise TargetError(f"{self.name}: its table ends here")
+        return super().observed(frame)
+
+
+def test_a_blocked_way_to_what_nobody_knows_for_long_names_no_moment():
+    subject, noon, start = blocked_by_the_sun()
+    target = Ending(math.radians(250.0), math.radians(20.0), "west")
+    object.__setattr__(target, "end", Instant.from_posix(noon + 1200.0))
+    with pytest.raises(Unreachable, match=r"west: .*inside its zone of 40\.0°") as refused:
+        subject.plan(target, start, timing())
+    assert refused.value.reachable is None
+
+
+def test_a_way_blocked_by_the_sun_says_when_it_is_free():
+    """The Sun stands between; the target itself is allowed, now and later."""
+    subject, noon, start = blocked_by_the_sun()
     target = FixedAltAz(math.radians(250.0), math.radians(20.0), "west")
     assert subject.allowed(target, noon)
     with pytest.raises(
