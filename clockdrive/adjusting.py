@@ -58,7 +58,7 @@ class Adjusting:
         if reading is None:
             raise Refused("the drive has not answered yet; try again in a moment")
         now = session.clock.now()
-        here = planner.angles((reading.axes[0].counts, reading.axes[1].counts))
+        here = planner.angles(reading.counts)
         trusted = not reading.unsynchronised
         near = here if trusted else self._last_trusted()
         side = posture or ("normal" if near is None else planner.mount.posture(near[1]))

@@ -105,7 +105,7 @@ class Automatic:
         limits = session.planner.limits
         if reading is None or not limits.sun_avoidance:
             return False
-        looks = session.planner.observed((reading.axes[0].counts, reading.axes[1].counts))
+        looks = session.planner.observed(reading.counts)
         sun = session.planner.sky.at(Instant.from_posix(now + _SUN_AHEAD_S)).sun()
         return limits.sun_margin(looks, sun) < 0.0
 

@@ -73,7 +73,7 @@ class DirectSpeed:
         session.poll()
         session.now_doing("idle")
         angles = session.planner.angles
-        return Moved(session.clock.now() - began, angles(here), angles(_counts(session.synchronised())))
+        return Moved(session.clock.now() - began, angles(here), angles(session.synchronised().counts))
 
     def _speeds(self, rates: tuple[float, float]) -> tuple[float, float]:
         """Counts per second of both axes.
@@ -118,7 +118,7 @@ class DirectSpeed:
             if reading is None:
                 session.halt("the drive does not answer during direct speed control; it was stopped. Check the link")
             self._look_ahead(reading)
-            report(Progress("direct speed", max(0.0, end - reading.time), end - began, _counts(reading)))
+            report(Progress("direct speed", max(0.0, end - reading.time), end - began, reading.counts))
 
     def _look_ahead(self, reading: Reading) -> None:
         """Stop while the telescope can still come to rest where it may stand."""
@@ -138,7 +138,3 @@ class DirectSpeed:
                 return
             if session.clock.now() > deadline:
                 session.halt(f"the axes still move {_STOPPING_S:.0f} s after they were slowed down; all was stopped")
-
-
-def _counts(reading: Reading) -> tuple[float, float]:
-    return reading.axes[0].counts, reading.axes[1].counts

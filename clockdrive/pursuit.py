@@ -100,13 +100,13 @@ class Pursuit:
     def error_arcsec(self, reading: Reading) -> float:
         """Angle on the sky between where the telescope points and the target, arcseconds."""
         frame = self._planner.sky.at(Instant.from_posix(reading.time))
-        points = self._planner.observed((reading.axes[0].counts, reading.axes[1].counts))
+        points = self._planner.observed(reading.counts)
         return math.degrees(separation(points, self.target.observed_with_rate(frame)[0])) * 3600.0
 
     def astray_arcsec(self, reading: Reading) -> float:
         """Angle on the sky between where the telescope points and where it should, on its way to the target too."""
         (one, _), (two, _) = self.angles(reading.time)
-        points = self._planner.observed((reading.axes[0].counts, reading.axes[1].counts))
+        points = self._planner.observed(reading.counts)
         return math.degrees(separation(points, self._planner.mount.observed(one, two))) * 3600.0
 
     def moved_to(self, target: Target, time: float) -> "Pursuit":

@@ -50,7 +50,7 @@ class Guard:
         rests : tuple of float, optional
             Counts at which it would come to rest, where nothing else ends the motion in time.
         """
-        counts = reading.axes[0].counts, reading.axes[1].counts
+        counts = reading.counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
         broken = "; ".join(check.detail for check in checks if not check.ok)
         was_clear, self._was_clear = self._was_clear, not broken

@@ -223,9 +223,9 @@ class Session:
         self.reading = reading
         self.history.add(reading)
         if not reading.unsynchronised:
-            self.trusted_counts = _counts(reading)
+            self.trusted_counts = reading.counts
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
-        self.store.record_position(Position(reading.time, _counts(reading), uncertainty, reading.unsynchronised))
+        self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
         self.remember()
         self._after_reading()
         return reading
@@ -439,7 +439,3 @@ class Session:
             yield
         except StateError as error:
             _LOG.error("not remembered: %s", error)
-
-
-def _counts(reading: Reading) -> tuple[float, float]:
-    return reading.axes[0].counts, reading.axes[1].counts

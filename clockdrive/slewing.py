@@ -327,7 +327,7 @@ def _activity(plan: Plan, doing: str) -> Activity:
 
 
 def _progress(plan: Plan, reading: Reading, left: float | None = None) -> Progress:
-    counts = reading.axes[0].counts, reading.axes[1].counts
+    counts = reading.counts
     return Progress(plan.target, max(0.0, plan.arrival - reading.time) if left is None else left, plan.eta, counts)
 
 

@@ -34,7 +34,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
     if reading is None:
         return status
     status["coming_to_rest"] = session.doing == "idle" and any(axis.rate for axis in reading.axes)
-    counts = reading.axes[0].counts, reading.axes[1].counts
+    counts = reading.counts
     angles = planner.angles(counts)
     direction = planner.mount.observed(*angles)
     ra, dec = longitude_latitude(planner.sky.at(Instant.from_posix(reading.time)).astrometric(direction))

@@ -48,6 +48,11 @@ class Reading:
     tracking: bool = False  # the drive's own tracking is on
     unsynchronised: str = ""  # why the position cannot be trusted; empty when it can
 
+    @property
+    def counts(self) -> tuple[float, float]:
+        """Where axis 1 and axis 2 are."""
+        return self.axes[0].counts, self.axes[1].counts
+
 
 @dataclass(frozen=True)
 class AxisSlew:

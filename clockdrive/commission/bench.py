@@ -223,7 +223,7 @@ class CommissioningBench:
             if reading is None:
                 continue
             readings.append(reading)
-            if len(readings) > 2 and _counts(readings[-1]) == _counts(readings[-2]):
+            if len(readings) > 2 and readings[-1].counts == readings[-2].counts:
                 session.now_doing("idle")
                 return readings
         raise Impossible(f"the axes still move {_STOPPED_S:g} s after the stop; use the drive's own switch")
@@ -303,7 +303,7 @@ class CommissioningBench:
         for words, encoder in zip(self.encoder_words, encoders, strict=True):
             if encoder is not None:
                 words.add(encoder.word)
-        return Seen(_counts(reading), None, 0.0, encoders)
+        return Seen(reading.counts, None, 0.0, encoders)
 
     def _axis_angles(self, sighting: Sighting, counts: tuple[float, float]) -> tuple[float, float]:
         planner = self.session.planner
@@ -320,10 +320,6 @@ class CommissioningBench:
             math.degrees(near + math.remainder(angle - near, math.tau))
             for angle, near in zip((one, two), believed, strict=True)
         )
-
-
-def _counts(reading: Reading) -> tuple[float, float]:
-    return reading.axes[0].counts, reading.axes[1].counts
 
 
 def _limited(timing: Timing, tops: Sequence[float | None]) -> Timing:
