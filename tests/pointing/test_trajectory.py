@@ -56,7 +56,7 @@ def first_up(geometry, target):
 @kinds
 def test_speed_and_acceleration_are_kept_and_the_target_is_met_where_the_drive_can(kind):
     geometry, joined_for, lost = subject(kind), 0.0, 0.0
-    for target in satellites(12):
+    for target in satellites(5):
         found = pass_plan(geometry, target, first_up(geometry, target), LEADING)
         way, step, before = found.trajectory, 0.05, None
         time = found.reachable + 0.2
@@ -76,8 +76,8 @@ def test_speed_and_acceleration_are_kept_and_the_target_is_met_where_the_drive_c
             before, time = state, time + step
         joined_for += found.followed_s
         lost += found.lost_s
-    print(f"{kind.text}: 12 passes, {joined_for:.0f} s on the target, {lost:.1f} s too fast for the drive")
-    assert joined_for > 500.0
+    print(f"{kind.text}: 5 passes, {joined_for:.0f} s on the target, {lost:.1f} s too fast for the drive")
+    assert joined_for > 300.0
 
 
 def _instant(time):
@@ -90,7 +90,7 @@ def test_no_other_moment_to_leave_and_to_join_loses_less():
     """The keyhole of an altazimuth: every moment to leave and every one to join, tried one by one."""
     geometry = subject(MountType.ALTAZ_FORK)
     axis, ramps = geometry.axes[0], LEADING.ramps[0]
-    for miss_deg in (0.02, 0.1, 0.3):
+    for miss_deg in (0.02, 0.2):
         target = Overhead(MIDNIGHT + 400.0, 1.1, math.radians(miss_deg))
         found = pass_plan(geometry, target, first_up(geometry, target), LEADING)
         ((begin, end),) = found.lost
@@ -101,7 +101,7 @@ def test_no_other_moment_to_leave_and_to_join_loses_less():
 
         before, after = (found.trajectory.angles(time)[0][0] for time in (begin - 0.1, end + 0.1))
         least = math.inf
-        for leave in (begin - 0.5 * k for k in range(50)):
+        for leave in (begin - 0.5 * k for k in range(40)):
             here = place(leave, before)
             for k in range(1, 400):
                 seconds = 0.25 * k
@@ -160,7 +160,7 @@ def test_what_stands_still_meets_no_limit(target):
 def test_the_next_limit_is_the_first_one_that_looking_every_second_finds(kind):
     geometry = planner(kind, horizon=Horizon(((0.0, 0.3), (1.5, 0.1), (3.0, 0.6), (5.0, 0.2))), sun_deg=20.0)
     rng, compared, worst = random.Random(5), 0, 0.0  # noqa: S311 - nothing secret
-    while compared < 6:
+    while compared < 4:
         star = Star.from_degrees(rng.uniform(0.0, 360.0), rng.uniform(-80.0, 40.0))
         if not geometry.allowed(star, MIDNIGHT):
             continue
