@@ -38,7 +38,7 @@ class Guard:
         self._was_clear = False
         self._known_limits: set[str] = set()
 
-    def why_stop(self, reading: Reading, doing: str, rests: tuple[float, float] | None = None) -> str:
+    def why_stop(self, reading: Reading, doing: str, ahead: Sequence[tuple[float, float]] = ()) -> str:
         """The reason to stop, with its bound and what to do; empty when there is none.
 
         Parameters
@@ -47,8 +47,8 @@ class Guard:
             What the drive says.
         doing : str
             "at rest", "tracking", or a slew, whose path was checked before it began.
-        rests : tuple of float, optional
-            Counts at which it would come to rest, where nothing else ends the motion in time.
+        ahead : sequence of tuple of float
+            Counts that must be allowed as well for the motion to go on: where it would come to rest, its way.
         """
         counts = reading.counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
@@ -63,10 +63,10 @@ class Guard:
             return why
         if broken:
             return f"{broken}; `goto` or `park` leads away from there" if was_clear or doing == "tracking" else ""
-        return "" if rests is None else self._why_ahead(rests, reading.time)
+        return next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
 
-    def _why_ahead(self, rests: tuple[float, float], time: float) -> str:
-        checks = self._planner.standing(self._planner.angles(rests), time)
+    def _why_ahead(self, counts: tuple[float, float], time: float) -> str:
+        checks = self._planner.standing(self._planner.angles(counts), time)
         broken = "; ".join(check.detail for check in checks if not check.ok)
         return f"stopped before it would lead out of what is allowed: {broken}" if broken else ""
 

@@ -34,6 +34,7 @@ _AT_REST = frozenset({"idle", "parked"})
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
+_LOOKS = 6  # along the way that a stop may take
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
@@ -203,20 +204,32 @@ class Session:
         return reading
 
     def _guarded(self, reading: Reading) -> None:
-        why = self.guard.why_stop(reading, "at rest" if self.doing in _AT_REST else self.doing, self._rests(reading))
+        doing = "at rest" if self.doing in _AT_REST else self.doing
+        why = self.guard.why_stop(reading, doing, self._places_ahead(reading))
         if why:
             self.halt(why)
 
-    def _rests(self, reading: Reading) -> tuple[float, float] | None:
-        """Counts that must be allowed: where it would come to rest, or soon be on a way that turns by itself."""
-        if self.pursuit is None:
-            return None
-        if self.pursuit.is_joined(reading.time):
-            return rests_at(reading, self.drive.slew_models, self._period)
-        with suppress(PointingError):  # it ends before that: `follow` stops there and says why
-            (one, _), (two, _) = self.pursuit.at(reading.time + 2.0 * self._period)
-            return one, two
-        return None
+    def _places_ahead(self, reading: Reading) -> tuple[tuple[float, float], ...]:
+        """Counts that must be allowed for a pursuit to go on.
+
+        On the target they are those where the axes would come to rest. On the way to it, which turns by itself in
+        time where it has been checked, they are those of the way for as long as a stop may take.
+        """
+        pursuit, leading = self.pursuit, self.drive.leading
+        if pursuit is None:
+            return ()
+        if leading is None or pursuit.is_joined(reading.time):
+            return (rests_at(reading, self.drive.slew_models, self._period),)
+        stop_s = max(
+            abs(axis.rate) / ramps.acceleration for axis, ramps in zip(reading.axes, leading.ramps, strict=False)
+        )
+        begin = reading.time + 2.0 * self._period
+        with suppress(PointingError):  # it has no place by then: `follow` stops there and says why
+            return tuple(
+                (one, two)
+                for (one, _), (two, _) in (pursuit.at(begin + stop_s * k / _LOOKS) for k in range(_LOOKS + 1))
+            )
+        return ()
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
