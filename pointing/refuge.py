@@ -2,43 +2,51 @@
 
 import itertools
 import math
+from collections.abc import Iterator
 
 from pointing.errors import Unreachable
 from pointing.instant import Instant
 from pointing.mount import POSTURES
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
-from pointing.vectors import azimuth_altitude, from_azimuth_altitude
+from pointing.vectors import Vector, from_azimuth_altitude
 
-_FROM_THE_SUN_DEG = (180.0, 135.0, -135.0, 90.0, -90.0)  # in azimuth
-_ALTITUDES_DEG = (45.0, 60.0, 30.0, 75.0)
-_SAFE_FOR_S = (0.0, 3600.0, 7200.0, 10800.0)
+_AZIMUTHS_DEG = range(0, 360, 20)
+_ALTITUDES_DEG = range(5, 90, 12)
+_SPANS_S = (10_800.0, 3_600.0, 1_200.0)  # for which a refuge is to be safe: three hours, or at least twenty minutes
+_LOOKS = 4  # in that time
 
 
 def refuge(planner: Planner, start: Start, timing: Timing) -> Plan:
-    """Plan the shortest slew to a place that the Sun's zone does not reach for three hours.
+    """Plan a slew to the nearest place that the Sun's zone does not reach for hours, by an allowed way.
 
     Raises
     ------
     Unreachable
         There is no such place, or no allowed way to it.
     """
-    suns = [planner.sky.at(Instant.from_posix(start.time + seconds)).sun() for seconds in _SAFE_FOR_S]
-    azimuth, _ = azimuth_altitude(suns[0])
-    plans = []
-    for away, altitude in itertools.product(_FROM_THE_SUN_DEG, _ALTITUDES_DEG):
-        place = from_azimuth_altitude(azimuth + math.radians(away), math.radians(altitude))
-        if (
-            planner.limits.horizon.margin(place) < 0.0
-            or min(planner.limits.sun_margin(place, sun) for sun in suns) < 0.0
-        ):
+    here = planner.angles(start.counts)
+
+    def way(angles: tuple[float, float]) -> float:
+        return max(abs(angles[0] - here[0]), abs(angles[1] - here[1]))
+
+    for span in _SPANS_S:
+        for angles in sorted(_safe(planner, start.time, span), key=way):
+            try:
+                return planner.plan_axes("refuge from the Sun", angles, start, timing)
+            except Unreachable:
+                continue
+    raise Unreachable("no place that is safe from the Sun can be reached from here; cover the telescope")
+
+
+def _safe(planner: Planner, time: float, span: float) -> Iterator[tuple[float, float]]:
+    """Axis angles of all places that keep clear of horizon and Sun for a time."""
+    moments = [time + span * k / _LOOKS for k in range(_LOOKS + 1)]
+    suns: list[Vector] = [planner.sky.at(Instant.from_posix(moment)).sun() for moment in moments]
+    for azimuth, altitude in itertools.product(_AZIMUTHS_DEG, _ALTITUDES_DEG):
+        place = from_azimuth_altitude(math.radians(azimuth), math.radians(altitude))
+        limits = planner.limits
+        if limits.horizon.margin(place) < 0.0 or any(limits.sun_margin(place, sun) < 0.0 for sun in suns):
             continue
         for posture in POSTURES:
-            for angles in planner.windings(planner.mount.axes(place, posture), (0.0, 0.0)):
-                try:
-                    plans.append(planner.plan_axes("refuge from the Sun", angles, start, timing))
-                except Unreachable:
-                    continue
-    if not plans:
-        raise Unreachable("no place that is safe from the Sun can be reached from here; cover the telescope")
-    return min(plans, key=lambda plan: plan.arrival)
+            yield from planner.windings(planner.mount.axes(place, posture), (0.0, 0.0))
