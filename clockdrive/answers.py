@@ -126,7 +126,7 @@ def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str
         return {}
     angles = plan.axes[0].angle, plan.axes[1].angle
     if plan.trajectory is not None:
-        return {"pass": _pass(planned_pass(plan.trajectory, plan.arrival, angles), planner)}
+        return {"pass": _pass(planned_pass(plan.trajectory.anew(), plan.arrival, angles), planner)}
     return {"next_limit": limit_answer(next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival))}
 
 

@@ -53,8 +53,11 @@ class Automatic:
         if self._steps is not None:
             return self._advanced(self._steps)
         wait = self._session.cycle()
-        self._steps = self._wanted()
-        return wait if self._steps is None else 0.0
+        try:
+            self._steps = self._wanted()
+        except _FAILURES as error:
+            self._failed(str(error))
+        return wait if self._steps is None else self._advanced(self._steps)
 
     def cancel(self) -> None:
         """Give up what it does by itself; the telescope is stopped by whoever calls."""
@@ -87,6 +90,7 @@ class Automatic:
             return None
         if self._sun_comes(now):
             return self._escape(now)
+        self._told_of_sun = False
         if now >= self._not_before and self._must_flip(now):
             session.note("flip", "by itself: the end of the window is near")
             return self._slewing.flip(_nobody)
@@ -120,8 +124,6 @@ class Automatic:
             return None
         self._not_before = now + _AGAIN_S
         session.note("Sun", "its zone comes to where the telescope looks; it moves away by itself")
-        if session.doing == "tracking":
-            session.fail("the Sun's zone came to the target; the telescope moved away from it")
         return self._slewing.escape(lambda: refuge(session.planner, session.start(), session.timing()), _nobody)
 
 

@@ -5,7 +5,6 @@ from clockdrive.errors import Refused
 from clockdrive.instruments import Instruments
 from clockdrive.session import Session
 from clockdrive.slewing import Report, Slewing
-from pointing.errors import Unreachable
 
 
 class Choosing:
@@ -45,7 +44,7 @@ class Choosing:
         instruments.take(name)
         try:
             self._require_reachable(name)
-        except (Refused, Unreachable):
+        except BaseException:
             instruments.take(before)
             raise
         session.store.record_instrument(name, session.clock.now())

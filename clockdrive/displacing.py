@@ -28,6 +28,8 @@ def displace(session: Session, changes: Changes) -> None:
     Refused
         What is tracked would come where the telescope must not point; nothing has changed.
     """
+    if session.doing in {"slewing", "jogging"}:
+        raise Refused(f"the telescope is {session.doing}; wait for it, or `stop` first")
     target = displaced(session, changes)
     if target is None:
         write(session, changes)

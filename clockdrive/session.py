@@ -115,7 +115,8 @@ class Session:
         With `keep_tracking` a drive that holds its rate alone goes on at it, bounded by its own soft limits, which
         were written and read back; any other is stopped.
         """
-        keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone
+        led = self.pursuit is not None and self.pursuit.led
+        keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone and not led
         self.pursuit = None
         try:
             self.drive.close(self.clock.now(), keep_tracking=keep)
@@ -206,6 +207,8 @@ class Session:
     def _guarded(self, reading: Reading) -> None:
         doing = "at rest" if self.doing in _AT_REST else self.doing
         why = self.guard.why_stop(reading, doing, self._places_ahead(reading))
+        if not why and doing == "at rest" and reading.tracking:
+            why = "the drive tracks, but nothing is followed; it was stopped"
         if why:
             self.halt(why)
 
@@ -317,11 +320,15 @@ class Session:
             Nothing allowed leads there.
         """
         self.start()
-        plan = self.planner.plan(self.corrected(target), self.start(), self.timing(), posture)
+        plan = self._planned(target, posture)
         stale = _STALE_PLAN_S if plan.trajectory is None else _STALE_LED_S
         if self.clock.now() - plan.start > stale:  # the first plan of a process builds its tables
-            plan = self.planner.plan(self.corrected(target), self.start(), self.timing(), plan.posture)
+            plan = self._planned(target, plan.posture)
         return plan
+
+    def _planned(self, target: Target, posture: Posture | None) -> Plan:
+        """Plan without the search for when it will be reachable: the control thread has a telescope to look after."""
+        return self.planner.plan(self.corrected(target), self.start(), self.timing(), posture, search=False)
 
     def whence(self, target: Target, time: float | None) -> tuple[Target, Start, Timing]:
         """What a plan is made of: from where the axes are now, or at another time from there, at rest.

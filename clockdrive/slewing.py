@@ -117,6 +117,7 @@ class Slewing:
 
     def escape(self, where: Callable[[], Plan], report: Report) -> Steps[Plan]:
         """Leave a place where the telescope must not stay, and rest where `where` says."""
+        self._session.require_free()
         self._session.poll()
         plan = where()
         yield from self._slew(plan, "slewing", report)
@@ -133,11 +134,13 @@ class Slewing:
             if len(plans) == _MOST_SLEWS:
                 off = f"still {error:.0f}″ off after {_MOST_SLEWS} slews"
                 session.halt(f"{target.name}: {off}; check gears, clutches and what blocks the telescope")
-            plans.append(session.plan(target, posture))
+            plans.append(self._planned(target, posture))
             if plans[-1].via is not None:
                 yield from self._slew(plans[-1].via, "slewing", report)
                 self._require_landed(plans[-1].via)
-                plans[-1] = replace(session.plan(target, plans[-1].posture), start=plans[-1].start)
+                plans[-1] = replace(self._planned(target, plans[-1].posture), start=plans[-1].start)
+                if plans[-1].via is not None:
+                    session.halt(f"{target.name}: the way on from the place between is barred now; `goto` it again")
             if plans[-1].trajectory is None:
                 yield from self._slew(plans[-1], "slewing", report)
                 pursuit = session.pursue(target, plans[-1])
@@ -149,6 +152,15 @@ class Slewing:
         yield from self._settle(pursuit)
         session.note("arrived", f"{target.name}, {error:.1f}″ off on landing, {len(plans)} slew(s)")
         return Arrival(plans[0], landed.time, error, len(plans))
+
+    def _planned(self, target: Target, posture: Posture | None) -> Plan:
+        """Plan; a refusal in the middle of a command leaves nothing that seems to slew."""
+        try:
+            return self._session.plan(target, posture)
+        except BaseException as error:
+            if self._session.doing == "slewing":
+                self._session.stop_and_fail(str(error))
+            raise
 
     def park(self, angles: tuple[float, float], report: Report) -> Steps[Plan]:
         """Slew to axis angles, radians, and allow no motion from there until `unpark`; parking again is harmless.
@@ -223,11 +235,12 @@ class Slewing:
         session.note("waiting", f"for {target.name}, which is reachable from {utc(ahead.reachable)}")
         leading = session.drive.leading
         due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
-        while (left := due - session.clock.now()) > 0.0:
-            yield min(left, _WAITING_PERIOD_S)
-            reading = session.poll()
-            if reading is not None:
-                report(_progress(plan, reading, left))
+        with self._stopped_on_failure():
+            while (left := due - session.clock.now()) > 0.0:
+                yield min(left, _WAITING_PERIOD_S)
+                reading = session.poll()
+                if reading is not None:
+                    report(_progress(plan, reading, left))
 
     def _lead(self, target: Target, plan: Plan, report: Report) -> Steps[Pursuit]:
         """Lead both axes to a fast target, until they go along with it."""

@@ -61,7 +61,15 @@ class _Way:
 class Planner(Geometry):
     """Plans slews for one telescope; its parameters are those of `Geometry`."""
 
-    def plan(self, target: Target, start: Start, timing: Timing, posture: Posture | None = None) -> Plan:
+    def plan(
+        self,
+        target: Target,
+        start: Start,
+        timing: Timing,
+        posture: Posture | None = None,
+        *,
+        search: bool = True,
+    ) -> Plan:
         """Plan the earliest allowed arrival on a target, where it can be tracked for longest, in a posture or in any.
 
         Of ways that differ in how long they let the target be tracked, up to two hours, the longest is taken; of
@@ -70,7 +78,8 @@ class Planner(Geometry):
         Raises
         ------
         Unreachable
-            Nothing allowed leads there now; says what forbids it, by how much, and when it will be reachable.
+            Nothing allowed leads there now; says what forbids it, by how much, and, where that is searched for,
+            when it will be reachable.
         """
         best, refused = self.straight(target, start, timing, posture)
         if best is None and refused is not None and _is_barred(refused):
@@ -81,7 +90,8 @@ class Planner(Geometry):
         postures = POSTURES if posture is None else (posture,)
         checks = self.no_placement(target, begin, postures) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
-        raise Unreachable(f"{target.name}: {reason}", self._free_from(target, start, timing), checks)
+        free = self._free_from(target, start, timing, posture) if search else None
+        raise Unreachable(f"{target.name}: {reason}", free, checks)
 
     def plan_axes(self, name: str, angles: tuple[float, float], start: Start, timing: Timing) -> Plan:
         """Plan a slew to fixed axis angles, radians, ending at rest: park, home and jog.
@@ -120,14 +130,14 @@ class Planner(Geometry):
             return None if found is None else found.rise.time
         return None
 
-    def _free_from(self, target: Target, start: Start, timing: Timing) -> float | None:
+    def _free_from(self, target: Target, start: Start, timing: Timing, posture: Posture | None) -> float | None:
         """When a refused target stands at an allowed place; if it does already, when the way from here is free."""
         begin = start.time + timing.latency
-        if not self.allowed(target, begin):
+        if posture is None and not self.allowed(target, begin):
             return self.reachable(target, begin)
 
         def goes(time: float) -> bool:
-            return self.straight(target, Start(time, start.counts), timing)[0] is not None
+            return self.straight(target, Start(time, start.counts), timing, posture)[0] is not None
 
         return self._first(goes, start.time)
 

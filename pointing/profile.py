@@ -72,6 +72,10 @@ class Motion:
         phase = next((each for each in reversed(self.phases) if each.begin <= elapsed), self.phases[0])
         return (phase.position, phase.rate) if phase is self.phases[-1] else phase.at(elapsed)
 
+    def ridden(self, seconds: float) -> "Motion":
+        """The same motion, ended later: until then the axis goes along with the place."""
+        return Motion((*self.phases, Phase(seconds, *self.phases[-1].at(seconds), 0.0)))
+
 
 @dataclass(frozen=True)
 class Ramps:

@@ -21,6 +21,7 @@ LED_ABOVE = math.radians(0.05)  # rad/s of an axis; slower targets are met at re
 LED_UNTIL = math.radians(0.03)  # what is led stays so until it is slower than this
 
 _STEP_S = 0.1  # between two looks ahead, and by how much too early the target may be left
+_INSTANT_S = 0.02  # in which no change of velocity tells
 _ANCHOR_S = 5.0
 _LONGEST_BRIDGE_S = 600.0
 _ROUNDS = 30  # the fixed point contracts by the target's change of velocity over the speed of the axis
@@ -77,13 +78,17 @@ class Trajectory:
         """In the order of their beginnings, as far as the way is known."""
         self.unmet = False
         """Whether an axis cannot join the target within ten minutes."""
-        self._near = near
+        self._near = self._first_near = near
         self._seen: tuple[float, AxisState] | None = None  # the last look ahead
         self._anchors: list[tuple[float, tuple[float, float]]] = []  # axis angles at times that were looked at
         self._set_out = start
         if start is not None:
             for axis in (0, 1):
                 self._bridge(axis, start.time, start.counts[axis], start.rates[axis], near[axis], 0.0)
+
+    def anew(self) -> "Trajectory":
+        """The same way from its beginning, for whoever looks far ahead while the axes are led along this one."""
+        return Trajectory(self.geometry, self.target, self.posture, self._first_near, self.leading, self._set_out)
 
     def angles(self, time: float) -> AxisState:
         """(angle, rate) of each axis at POSIX `time`, radians and radians per second.
@@ -164,10 +169,7 @@ class Trajectory:
                 state = self.geometry.track(self.target, time, self.posture, self._reached(before, was))
             except PointingError:
                 return  # it has no place then: whoever asks for that time is told
-            bridged = [axis for axis in (0, 1) if not self._keeps_up(axis, before, was[axis], state[axis])]
-            for axis in bridged:
-                gearing, (angle, rate) = self.geometry.axes[axis].gearing, was[axis]
-                self._bridge(axis, before, gearing.counts(angle), rate * gearing.counts_per_radian, angle, _STEP_S)
+            bridged = [axis for axis in (0, 1) if self._must_leave(axis, before, was[axis], time, state[axis])]
             if bridged:
                 state = self.geometry.track(self.target, time, self.posture, self._reached(time, state))
             self._seen = time, state
@@ -187,14 +189,29 @@ class Trajectory:
                 near[bridge.axis] = self.geometry.axes[bridge.axis].gearing.angle(bridge.motion.landed)
         return near[0], near[1]
 
-    def _keeps_up(self, axis: int, before: float, was: tuple[float, float], state: tuple[float, float]) -> bool:
-        """Whether an axis that is on the target at `before` can be a step later; else it has its bridge."""
-        if any(each.axis == axis and each.begin <= before < each.end for each in self.bridges):
-            return True
+    def _must_leave(
+        self, axis: int, before: float, was: tuple[float, float], time: float, state: tuple[float, float]
+    ) -> bool:
+        """Bridge what an axis, on the target at `before` or since, cannot follow until `time`; say whether so."""
+        gearing = self.geometry.axes[axis].gearing
+        last = next((bridge for bridge in reversed(self.bridges) if bridge.axis == axis), None)
+        if last is not None and last.begin <= before and time < last.end:
+            return False  # it is on its way
+        if last is not None and before < last.end <= time:  # it has just joined the target, as fast as that is then
+            before = last.end
+            counts, speed = last.motion.at(last.motion.duration)
+            was = gearing.angle(counts), speed / gearing.counts_per_radian
+        if self._can_follow(axis, was, state, time - before):
+            return False
+        self._bridge(axis, before, gearing.counts(was[0]), was[1] * gearing.counts_per_radian, was[0], _STEP_S)
+        return True
+
+    def _can_follow(self, axis: int, was: tuple[float, float], state: tuple[float, float], seconds: float) -> bool:
         assert self.leading is not None  # noqa: S101 - nothing is bridged without it
         ramps, scale = self.leading.ramps[axis], abs(self.geometry.axes[axis].gearing.counts_per_radian)
-        fastest = max(abs(state[1]), abs(state[0] - was[0]) / _STEP_S) * scale
-        return fastest < ramps.max_rate and abs(state[1] - was[1]) * scale <= ramps.acceleration * _STEP_S
+        seconds = max(seconds, _INSTANT_S)
+        fastest = max(abs(state[1]), abs(state[0] - was[0]) / seconds) * scale
+        return fastest < ramps.max_rate and abs(state[1] - was[1]) * scale <= ramps.acceleration * seconds
 
     def _bridge(self, axis: int, begin: float, counts: float, rate: float, near: float, least: float) -> None:
         """Bridge what an axis cannot follow; it is on the target at `begin`, and not to be again within `least`."""
@@ -233,7 +250,9 @@ class Trajectory:
                 late = middle
             else:
                 early = middle
-        return self._joining(axis, begin, counts, rate, near, late)
+        motion = self._joining(axis, begin, counts, rate, near, late)
+        # Where the target leaps, round the pole, the axis is there before it and waits for it.
+        return motion if motion is None or motion.duration > late - _STEP_S else motion.ridden(late)
 
     def _in_time(self, axis: int, begin: float, counts: float, rate: float, near: float, seconds: float) -> bool:
         motion = self._joining(axis, begin, counts, rate, near, seconds)

@@ -236,7 +236,8 @@ class _Search:
 
     def _steady(self, frame: SkyFrame, rate: Vector) -> Callable[[float], float]:
         """Give the seconds for which the target surely stays within an angle."""
-        known = getattr(self._target, "steady", None)
+        # A displacement is small against what it is laid over.
+        known = getattr(self._target, "steady", None) or getattr(getattr(self._target, "base", None), "steady", None)
         if known is not None:
             return cast("Callable[[float], float]", known(frame))
         fastest = 2.0 * max(math.hypot(*rate), _SKY_RATE)

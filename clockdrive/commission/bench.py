@@ -270,8 +270,7 @@ class CommissioningBench:
         since = self.session.link_lost_since
         if reading is None and since is not None and self.session.clock.now() - since > _LINK_LOST_S:
             why = f"the drive has not answered for {_LINK_LOST_S:.0f} s; it ends its move by itself. Check the link"
-            self.session.fail(why)
-            raise Refused(why)
+            self.session.halt(why)
         return reading
 
     def _require_landed(self, plan: Plan, reading: Reading) -> None:

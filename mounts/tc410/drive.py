@@ -223,6 +223,7 @@ class TC410:
         return self.read(time)
 
     def _read_models(self) -> None:
+        self._restore_speed()  # else a speed lowered for one move would be taken for the unit's own
         models, self._notes = read_models(self._unit, self._settings)
         self._models = models
 
@@ -654,6 +655,7 @@ class TC410:
         self._ready(self._last or self.read(time))
         if self._slew is not None:
             raise DriveRefused("a slew is under way; wait for it, or `stop` first")
+        self._restore_speed()  # a move before this one may have lowered it
         self._direct.begin()
         if self._direct.fate:
             raise DriveRefused(f"direct speed control was ended: {self._direct.fate}")
@@ -678,7 +680,7 @@ class TC410:
 
     def _about_to_write(self, row: Register, words: tuple[int, ...]) -> None:
         """Have remembered what a person's writing will change, and saved nothing that was changed for a while."""
-        if row.name == "save_configuration":
+        if row.saved or row.name == "save_configuration":
             self._restore_speed()
         elif row.name.endswith("_target_position"):
             self._trust.will_hold(self._targets_with(row, words))

@@ -183,8 +183,9 @@ class TrackedAxis:
         """
         feed, error = (ahead - here) / pace.period_s, (here - self.at(time)) / pace.beat_s
         mean = feed + min(max(error, -pace.catch_up), pace.catch_up)
-        rate = self.rate + self._step(mean - self.rate, pace.period_s)
-        rate = min(max(rate, feed - pace.catch_up), feed + pace.catch_up)
+        step = self._step(mean - self.rate, pace.period_s)
+        bounded = min(max(self.rate + step, feed - pace.catch_up), feed + pace.catch_up)
+        rate = self.rate + math.copysign(min(abs(bounded - self.rate), abs(step)), step)
         wanted = round(rate / COUNTS_PER_SECOND)
         return min(max(wanted, -self._law.max_velocity), self._law.max_velocity)
 

@@ -16,6 +16,7 @@ from telescope_bench import ARCSEC_PER_COUNT, CENTRE, T0, Witness, telescope
 
 from clockdrive.errors import ClockdriveError
 from mounts.errors import DriveError
+from mounts.tc410.registers import by_name
 from pointing.errors import PointingError
 from pointing.instant import Instant
 from pointing.limits import separation
@@ -24,6 +25,7 @@ from pointing.targets import FixedAltAz, Star
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ACTIONS = 10_000 if FULL else 240
 SUN_DEG, HORIZON_DEG = 25.0, 12.0
+MOVING = by_name("velocity_control").mask("tracking") | by_name("velocity_control").mask("remote_control")
 # Every refusal says what is in the way: a limit, or what the telescope does.
 NAMED = re.compile(
     r"altitude .*horizon|° from the Sun|soft limit|outside −?[\d.]+° to|outside -?[\d.]+° to|hour angle|axis \d goes|"
@@ -116,7 +118,7 @@ def act(scope, chance, done):
 def test_a_night_of_everything_at_random_never_leaves_what_is_allowed(kind, tmp_path):
     chance = random.Random(f"a night on a {kind}")  # noqa: S311 - nothing secret
     done, refused = collections.Counter(), collections.Counter()
-    unnamed = []
+    unnamed, unwatched = [], []
     with telescope(
         tmp_path,
         start=T0 - 3.0 * 3600.0,  # before sunset
@@ -136,7 +138,9 @@ def test_a_night_of_everything_at_random_never_leaves_what_is_allowed(kind, tmp_
                 refused[type(refusal).__name__] += 1
                 if not NAMED.search(str(refusal)):
                     unnamed.append(str(refusal))
-            if overseer.left:
+            if scope._session.doing in {"idle", "parked"} and scope.simulator.memory.raw("velocity_control") & MOVING:
+                unwatched.append((scope.clock.now(), scope._session.doing))
+            if overseer.left or unwatched:
                 break
         trouble = scope.status()["trouble"]
         hours = (scope.clock.now() - began) / 3600.0
@@ -145,5 +149,6 @@ def test_a_night_of_everything_at_random_never_leaves_what_is_allowed(kind, tmp_
         f"refused ({dict(refused)}); {dict(done)}"
     )
     assert not overseer.left, (overseer.left[:3], trouble, CENTRE)
+    assert not unwatched, (unwatched, trouble)
     assert not unnamed, unnamed[:5]
     assert sum(refused.values()) < sum(done.values())

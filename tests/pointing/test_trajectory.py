@@ -80,6 +80,23 @@ def test_speed_and_acceleration_are_kept_and_the_target_is_met_where_the_drive_c
     assert joined_for > 300.0
 
 
+@pytest.mark.parametrize("miss_deg", [0.0, 1e-5, 1e-4, 1e-3, 0.01])
+@pytest.mark.parametrize("offset", [0.0, 0.013, 0.05, 0.087])
+def test_the_way_never_jumps_however_near_the_pole_the_target_passes(miss_deg, offset):
+    """Where the target leaps round the pole in an instant the axis goes on by its ramps."""
+    geometry = subject(MountType.ALTAZ_FORK)
+    target = Overhead(MIDNIGHT + 60.0 + offset, 1.1, math.radians(miss_deg))
+    start = start_at(geometry, 100.0, 60.0, time=MIDNIGHT + 30.0)
+    way = Trajectory(geometry, target, "normal", (math.radians(100.0), 1.0), LEADING, start)
+    step, before = 0.02, None
+    for k in range(3500):
+        state = way.angles(MIDNIGHT + 30.0 + step * k)
+        if before is not None:
+            for (angle, _), (was, _) in zip(state, before, strict=True):
+                assert abs(angle - was) <= math.radians(SPEED) * step * 1.01, k
+        before = state
+
+
 def _instant(time):
     from pointing.instant import Instant
 
