@@ -92,6 +92,10 @@ class Pursuit:
         """Whether both axes are supposed to be on the target, and not on their way to it."""
         return self._trajectory.is_joined(time)
 
+    def rejoined(self, time: float) -> float:
+        """When both axes are supposed to be on the target again, POSIX seconds."""
+        return self._trajectory.rejoined(time)
+
     def errors(self, reading: Reading) -> tuple[float, float]:
         """By how many counts each axis is ahead of where it should be."""
         (one, _), (two, _) = self.at(reading.time)

@@ -216,22 +216,21 @@ class Session:
         """Counts that must be allowed for a pursuit to go on.
 
         On the target they are those where the axes would come to rest. On the way to it, which turns by itself in
-        time where it has been checked, they are those of the way for as long as a stop may take.
+        time, they are those of the whole way: one that leads to a limit is not begun.
         """
         pursuit, leading = self.pursuit, self.drive.leading
         if pursuit is None:
             return ()
         if leading is None or pursuit.is_joined(reading.time):
             return (rests_at(reading, self.drive.slew_models, self._period),)
-        stop_s = max(
-            abs(axis.rate) / ramps.acceleration for axis, ramps in zip(reading.axes, leading.ramps, strict=False)
-        )
+        rates = zip(reading.axes, leading.ramps, strict=False)
+        stop_s = max(abs(axis.rate) / ramps.acceleration for axis, ramps in rates)
         begin = reading.time + 2.0 * self._period
+        way_s = max(stop_s, pursuit.rejoined(begin) - begin)
+        looks = {span * k / _LOOKS for span in (stop_s, way_s) for k in range(_LOOKS + 1)}
         with suppress(PointingError):  # it has no place by then: `follow` stops there and says why
-            return tuple(
-                (one, two)
-                for (one, _), (two, _) in (pursuit.at(begin + stop_s * k / _LOOKS) for k in range(_LOOKS + 1))
-            )
+            ways = [pursuit.at(begin + seconds) for seconds in sorted(looks)]
+            return tuple((one, two) for (one, _), (two, _) in ways)
         return ()
 
     def taken(self, reading: Reading) -> Reading:

@@ -108,6 +108,7 @@ def planned_pass(trajectory: Trajectory, reachable: float, wait: tuple[float, fl
     begin = max(joined, reachable) if math.isfinite(joined) else reachable
     found = next_limit(trajectory, begin, LONGEST_PASS_S)
     ends, limit = found or (begin + LONGEST_PASS_S, None)
-    return PassPlan(
-        target.name, reachable, trajectory.posture, wait, begin, ends, limit, trajectory.lost(ends), trajectory
-    )
+    lost = trajectory.lost(ends)
+    if lost and lost[-1][1] >= ends:  # a bridge that leads to a limit is not gone: the pass ends where it begins
+        ends, lost = lost[-1][0], lost[:-1]
+    return PassPlan(target.name, reachable, trajectory.posture, wait, begin, ends, limit, lost, trajectory)

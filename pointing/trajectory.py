@@ -125,6 +125,10 @@ class Trajectory:
         waiting = self._set_out is not None and time < self._set_out.time
         return not waiting and not any(bridge.begin <= time < bridge.end for bridge in self.bridges)
 
+    def rejoined(self, time: float) -> float:
+        """When both axes are on the target again, POSIX seconds; the time itself where they are."""
+        return max((each.end for each in self.bridges if each.begin <= time < each.end), default=time)
+
     @property
     def joined(self) -> float:
         """POSIX seconds at which both axes have joined the target for the first time."""
