@@ -334,8 +334,8 @@ class Planner(Geometry):
 
 
 def _is_barred(plan: Plan) -> bool:
-    """Whether only horizon or Sun forbid a plan, so that another way may lead there."""
-    return all(check.ok or check.name in {"horizon", "Sun"} for check in plan.checks)
+    """Whether only horizon or Sun forbid a plan that can wait, so that another way may lead there."""
+    return plan.trajectory is None and all(check.ok or check.name in {"horizon", "Sun"} for check in plan.checks)
 
 
 def _angles(plan: Plan) -> tuple[float, float]:

@@ -31,7 +31,7 @@ NAMED = re.compile(
     r"altitude .*horizon|° from the Sun|soft limit|outside −?[\d.]+° to|outside -?[\d.]+° to|hour angle|axis \d goes|"
     r"runs away|faster than the drive|tracks at|none is tracked|nothing is|parked|not up yet|too fast to be left|"
     r"telescope is (slewing|jogging)|stopped by command|before it would lead out|led out|at most ±|beyond|"
-    r"safe from the Sun"
+    r"safe from the Sun|the horizon or the Sun bars"
 )
 
 
