@@ -140,9 +140,7 @@ class Slewing:
                 self._require_landed(plans[-1].via)
                 plans[-1] = replace(self._planned(target, plans[-1].posture), start=plans[-1].start)
                 if plans[-1].via is not None:
-                    session.halt(
-                        f"{target.name}: the horizon or the Sun bars the way on from the place between; `goto` it again"
-                    )
+                    session.halt(f"{target.name}: the horizon or the Sun bars the way on from here; `goto` it again")
             if plans[-1].trajectory is None:
                 yield from self._slew(plans[-1], "slewing", report)
                 pursuit = session.pursue(target, plans[-1])

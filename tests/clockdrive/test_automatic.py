@@ -157,7 +157,7 @@ def test_a_second_way_round_is_not_taken_straight(tmp_path, monkeypatch):
             return start(axes, time)
 
         monkeypatch.setattr(session.drive, "start", seen)
-        with pytest.raises(Refused, match="bars the way on"):
+        with pytest.raises(Refused, match="bars the way on from here"):
             scope.goto(star_at(scope, 60.0, 45.0))
         assert len(started) == 1
         assert session.doing == "idle"
