@@ -150,7 +150,7 @@ def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
     """1000 of them in full: heights 300 to 2000 km, any direction, all mounts, with a horizon of trees."""
     trees = tmp_path / "trees.csv"
     trees.write_text("azimuth_deg,altitude_deg\n0,12\n70,25\n130,10\n200,30\n290,15\n", encoding="utf-8")
-    followed, refusals = 0, []
+    followed, refusals, wrong = 0, [], []
     worst_lost = worst = 0.0
     for k in range(part, PASSES, 4):
         kind = KINDS[k % len(KINDS)]
@@ -169,16 +169,20 @@ def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
                 refusals.append(str(refusal))
                 continue
         followed += 1
-        assert seen.left == 0, (k, seen.trouble)
         told = planned["pass"]["lost_s"]
         off = sum(0.173 for time, error in seen.errors if time > seen.joined + 2.0 and error > 20.0)
         outside = [e for t, e in seen.errors if t > seen.joined + 2.0 and not seen.near_a_gap(t, 1.5)]
         worst_lost = max(worst_lost, abs(off - told) if seen.lost or told else 0.0)
         worst = max([worst, *outside])
-        assert abs(off - told) <= 2.0 or off == told == 0.0, (k, kind, off, told, seen.trouble)
+        if seen.left or abs(off - told) > 2.0:
+            wrong.append(
+                f"pass {k}, {kind}: {seen.left} looks outside the limits; {off:.1f} s lost, {told:.1f} s told"
+            )
+            print(wrong[-1], seen.trouble, flush=True)
     print(
         f"{followed} passes followed, {len(refusals)} refused; no limit crossed; lost time within {worst_lost:.2f} s "
         f"of the plan's; worst error on the target {worst:.1f}″"
     )
+    assert wrong == []
     assert followed > len(refusals) or not FULL
     assert all(LIMIT.search(text) for text in refusals), refusals
