@@ -1,0 +1,1 @@
+"""Pointing models: terms, models, runs of observations and their files, fits."""

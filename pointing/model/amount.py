@@ -1,0 +1,93 @@
+"""How much of a term there is at a place: a product of sines, cosines, tangents and powers of the place's angles."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+
+from pointing.model.functions import Real
+from pointing.model.place import Angle, Place
+
+_STEP = 1e-5  # rad, of the central differences by which a user's function is differentiated: error 1e-10 of it
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor: a function of a multiple of one angle, or the angle's power.
+
+    Parameters
+    ----------
+    function : {"S", "C", "T", "P"}
+        Sine, cosine, tangent; P is the power.
+    letter : str
+        The angle: H, D, A, E, Z or Q.
+    number : int
+        The multiple of the angle, or the power.
+    """
+
+    function: str
+    letter: str
+    number: int = 1
+
+    @property
+    def text(self) -> str:
+        """As it stands in a formula."""
+        times = "" if self.number == 1 else str(self.number)
+        if self.function == "P":
+            return f"{self.letter}{times and '^'}{times}"
+        return f"{_WORDS[self.function]} {times}{self.letter}"
+
+    def __call__(self, place: Place) -> Angle:
+        """Value and gradient (∂/∂lon, ∂/∂lat) at a place."""
+        angle, by_lon, by_lat = place.angle(self.letter)
+        f, n = place.functions, self.number
+        if self.function == "P":
+            value, slope = angle**n, n * angle ** (n - 1)
+        elif self.function == "S":
+            value, slope = f.sin(n * angle), n * f.cos(n * angle)
+        elif self.function == "C":
+            value, slope = f.cos(n * angle), -n * f.sin(n * angle)
+        else:
+            value = f.sin(n * angle) / f.cos(n * angle)
+            slope = n * (1.0 + value * value)
+        return value, slope * by_lon, slope * by_lat
+
+
+_WORDS = {"S": "sin", "C": "cos", "T": "tan"}
+
+
+@dataclass(frozen=True)
+class OwnFunction:
+    """A user's function of the mechanical coordinates (lon, lat), radians, for floats and arrays alike."""
+
+    function: Callable[[Real, Real], Real]
+    text: str = "a function of the user's"
+
+    def __call__(self, place: Place) -> Angle:
+        """Value and gradient at a place, the gradient by central differences."""
+        lon, lat, h = place.lon, place.lat, _STEP
+        by_lon = (self.function(lon + h, lat) - self.function(lon - h, lat)) / (2.0 * h)
+        by_lat = (self.function(lon, lat + h) - self.function(lon, lat - h)) / (2.0 * h)
+        return self.function(lon, lat), by_lon, by_lat
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """One beyond the pole, else nothing: what differs between the sides of a pier."""
+
+    text: str = "beyond the pole"
+
+    def __call__(self, place: Place) -> Angle:
+        """Value and gradient at a place."""
+        return (1.0 - place.functions.copysign(1.0, place.cos_lat)) / 2.0, 0.0, 0.0
+
+
+Factors = tuple[Factor | OwnFunction | Beyond, ...]
+
+
+def amount(factors: Factors, place: Place) -> Angle:
+    """Product of the factors, one if there are none, with its gradient."""
+    return reduce(_times, (factor(place) for factor in factors))
+
+
+def _times(one: Angle, other: Angle) -> Angle:
+    return one[0] * other[0], one[1] * other[0] + one[0] * other[1], one[2] * other[0] + one[0] * other[2]

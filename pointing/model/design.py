@@ -1,0 +1,75 @@
+"""Residuals of a run against a model, and their derivatives, block by block.
+
+An observation's residual is star minus prediction as a vector on the sky, at the predicted place: dX along increasing
+axis 1, dY along increasing axis 2, both mechanical. Its square summed over a run is what a fit minimises, and the
+model's Jacobian gives its exact derivatives. Blocks keep the memory constant, whatever the size of the run.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pointing.model.pointing_model import PointingModel
+from pointing.model.run import PointingRun
+
+Array = NDArray[np.float64]
+
+_BLOCK = 2048  # observations; what a block needs stays in a processor's cache
+
+
+class Block(NamedTuple):
+    """A block of n observations with k terms.
+
+    Parameters
+    ----------
+    where : slice
+        Of the run.
+    residual : (2, n) array
+        dX, dY in radians.
+    design : (2, n, k) array
+        Derivatives of the predicted place by the coefficients.
+    """
+
+    where: slice
+    residual: Array
+    design: Array
+
+
+def blocks(run: PointingRun, model: PointingModel, size: int = _BLOCK) -> Iterator[Block]:
+    """Yield a run's residuals and design matrix against a model."""
+    for where in _slices(len(run), size):
+        lon, lat, jacobian = model.star_and_jacobian(run.axis1[where], run.axis2[where])
+        residual = _residual(run, where, lon, lat)
+        design = np.empty((*residual.shape, len(model.terms)))
+        for j, (along, up) in enumerate(jacobian.by_coefficient):
+            design[0, :, j] = along
+            design[1, :, j] = up
+        yield Block(where, residual, design)
+
+
+def residuals(run: PointingRun, model: PointingModel) -> Array:
+    """Return (2, n) residuals dX, dY, radians."""
+    found = np.empty((2, len(run)))
+    for where in _slices(len(run), _BLOCK):
+        found[:, where] = _residual(run, where, *model.star(run.axis1[where], run.axis2[where]))
+    return found
+
+
+def _slices(n: int, size: int) -> Iterator[slice]:
+    return (slice(begin, min(begin + size, n)) for begin in range(0, n, size))
+
+
+def _residual(run: PointingRun, where: slice, lon: Array, lat: Array) -> Array:
+    """Components of the star's direction along the unit vectors of the predicted place."""
+    star1, star2 = run.star1[where], run.star2[where]
+    beyond = np.where(np.cos(run.axis2[where]) < 0.0, -1.0, 1.0)
+    cos_star, sin_star = beyond * np.cos(star2), np.sin(star2)
+    apart = beyond * np.sin(star1 - lon), beyond * np.cos(star1 - lon)
+    return np.stack(
+        (
+            cos_star * apart[0],
+            sin_star * np.cos(lat) - cos_star * apart[1] * np.sin(lat),
+        )
+    )

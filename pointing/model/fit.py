@@ -1,0 +1,202 @@
+"""Fit a pointing model to a run: rigorous Gauss-Newton on the sky, with exact derivatives and constant memory.
+
+    result = fit(run, "IH ID CH NP MA ME TF")
+
+The sum of squared distances between star and prediction is minimised. Each round gathers the normal equations of the
+whole run block by block. A long run is first fitted on a part spread evenly over it, so that one or two rounds over
+all of it suffice.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pointing.errors import PointingError
+from pointing.model.degeneracy import refuse_degenerate, refuse_inseparable
+from pointing.model.design import blocks, residuals
+from pointing.model.fitted import Fit
+from pointing.model.normal_equations import NormalEquations
+from pointing.model.outliers import Outlier, find_outliers, huber_weights
+from pointing.model.pointing_model import PointingModel
+from pointing.model.run import PointingRun
+from pointing.model.terms import PIER_TERMS, Term, terms
+
+Array = NDArray[np.float64]
+
+_PART = 1500  # observations of a long run that give the start
+_SETTLED = 1e-10  # rad; a change of coefficients below 2e-5″ is none
+_ROUNDS = 30
+_ROBUST_ROUNDS = 30
+
+
+def fit(
+    run: PointingRun,
+    model: str | Sequence[Term] | PointingModel,
+    *,
+    fixed: Mapping[str, float] | Sequence[str] = (),
+    robust: bool = False,
+    outliers: bool = False,
+    by_pier: bool = False,
+) -> Fit:
+    """Fit pointing terms to a run.
+
+    Parameters
+    ----------
+    run : PointingRun
+        What was observed; masked observations and those of weight 0 take no part.
+    model : str, sequence of Term or PointingModel
+        The terms in their order, as in `"IH ID CH"`; a model also gives where to start.
+    fixed : mapping or sequence of str
+        Terms that keep their coefficient: arcseconds by name, or names of a model's terms.
+    robust : bool
+        Weigh down observations that lie far off, after Huber.
+    outliers : bool
+        Find and mask observations that do not belong, each with its reason.
+    by_pier : bool
+        Let both index errors differ beyond the pole: two more terms.
+
+    Returns
+    -------
+    Fit
+        Coefficients, their uncertainty, residuals and statistics.
+
+    Raises
+    ------
+    PointingError
+        Too few observations, terms that cannot be told apart, or a fit that does not settle; says what to do.
+    """
+    start = _start(run, model)
+    if by_pier:
+        start = _with_pier_terms(run, start)
+    start, free = _held(start, fixed)
+    refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.kind)
+    _refuse_too_few(int(np.count_nonzero(run.kept & (run.weight > 0.0))), int(free.sum()))
+    found: tuple[Outlier, ...] = ()
+    if outliers:
+        run, found = find_outliers(run, lambda kept, heed: _settled(kept, start, free, robust=heed))
+    return replace(_settled(run, start, free, robust=robust), outliers=found)
+
+
+def _start(run: PointingRun, model: str | Sequence[Term] | PointingModel) -> PointingModel:
+    if isinstance(model, PointingModel):
+        if model.kind != run.mount:
+            raise PointingError(f"the model is for an {model.kind} mount, the run is of an {run.mount} one")
+        return replace(model, latitude=run.latitude)
+    listed = terms(model, run.mount) if isinstance(model, str) else tuple(model)
+    return PointingModel(run.mount, run.latitude, listed, (0.0,) * len(listed), run.caption)
+
+
+def _with_pier_terms(run: PointingRun, start: PointingModel) -> PointingModel:
+    beyond = run.beyond & run.kept
+    if not beyond.any() or beyond[run.kept].all():
+        raise PointingError("index errors by pier side need observations on both: leave by_pier out")
+    index = {"equatorial": ("IH", "ID"), "altazimuth": ("IA", "IE")}[run.mount]
+    more = tuple(PIER_TERMS[name] for name in index if name in {each.name for each in start.terms})
+    # first of all, so that the others see the corrected place as they do with the index errors
+    return replace(start, terms=(*more, *start.terms), coefficients=(0.0,) * len(more) + start.coefficients)
+
+
+def _held(
+    start: PointingModel, fixed: Mapping[str, float] | Sequence[str]
+) -> tuple[PointingModel, NDArray[np.bool_]]:
+    """The model with its fixed coefficients, and which of its terms are free."""
+    wanted = {name.upper(): value for name, value in fixed.items()} if isinstance(fixed, Mapping) else None
+    names = [name.upper() for name in fixed]
+    there = [each.name for each in start.terms]
+    absent = [name for name in names if name not in there]
+    if absent:
+        raise PointingError(
+            f"{absent[0]} is to be held fixed, but is no term of the model: {' '.join(there) or 'none'}"
+        )
+    if wanted is not None:
+        values = [
+            math.radians(wanted[name] / 3600.0) if name in wanted else value
+            for name, value in zip(there, start.coefficients, strict=True)
+        ]
+        start = start.with_coefficients(values)
+    return start, np.array([name not in names for name in there], bool)
+
+
+def _refuse_too_few(n: int, k: int) -> None:
+    needed = k // 2 + 1
+    if n < needed:
+        raise PointingError(
+            f"{n} observations for {k} free terms: at least {needed} are needed, and {2 * k} for a σ that means "
+            "something; observe more stars or fit fewer terms"
+        )
+
+
+def _settled(run: PointingRun, start: PointingModel, free: NDArray[np.bool_], *, robust: bool) -> Fit:
+    """Iterate to the least sum of squares."""
+    weight = np.where(run.kept, run.weight, 0.0)
+    used = np.flatnonzero(weight > 0.0)
+    model, contraction = start, 1.0
+    if used.size > 2 * _PART:
+        part = run.subset(_spread(len(run), used))
+        model, _, contraction = _gauss_newton(part, model, free, np.where(part.kept, part.weight, 0.0), contraction)
+    model, equations, contraction = _gauss_newton(run, model, free, weight, contraction)
+    rounds = 0
+    while robust:
+        heed = huber_weights(residuals(run, model), weight, int(free.sum()))
+        before = np.array(model.coefficients)
+        model, equations, _ = _gauss_newton(run, model, free, weight * heed, contraction)
+        rounds += 1
+        if np.max(np.abs(np.array(model.coefficients) - before)) < 1e3 * _SETTLED or rounds == _ROBUST_ROUNDS:
+            weight = weight * heed
+            break
+    return Fit(model, tuple(bool(each) for each in free), run, weight, equations)
+
+
+def _spread(n: int, used: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """A part of the used observations, evenly spread over the run and not in step with a pattern of it."""
+    chosen = np.zeros(n, bool)
+    picked = np.random.default_rng(n).choice(used, _PART, replace=False)
+    chosen[picked] = True
+    return chosen
+
+
+def _gauss_newton(
+    run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array, contraction: float
+) -> tuple[PointingModel, NormalEquations, float]:
+    """Return the settled model, its normal equations and by how much a round brings it nearer.
+
+    The square of the equations is that of the residuals of the returned model.
+    """
+    listed = [each for each, is_free in zip(model.terms, free, strict=True) if is_free]
+    previous = math.inf
+    for _ in range(_ROUNDS):
+        equations = NormalEquations.empty(len(listed))
+        for block in blocks(run, model):
+            equations = equations.added(block.residual, block.design[:, :, free], weight[block.where])
+        shares = equations.inseparable()
+        if shares is not None:
+            refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
+        change = equations.solution()
+        coefficients = np.array(model.coefficients)
+        coefficients[free] += change
+        _refuse_nonsense(listed, coefficients[free])
+        model = model.with_coefficients(coefficients.tolist())
+        largest = float(np.max(np.abs(change), initial=0.0))
+        if math.isfinite(previous) and previous > 0.0:
+            contraction = min(contraction, largest / previous)
+        if largest * contraction < _SETTLED:
+            left = max(equations.square - float(change @ equations.right), 0.0)
+            return model, replace(equations, square=left), contraction
+        previous = largest
+    raise PointingError(
+        f"the fit does not settle: after {_ROUNDS} rounds a coefficient still changes by "
+        f"{math.degrees(largest) * 3600.0:.3g}″; look at the residuals of a fit of the index errors alone for "
+        "observations that do not belong, or fit fewer terms"
+    )
+
+
+def _refuse_nonsense(listed: Sequence[Term], coefficients: Array) -> None:
+    for each, value in zip(listed, coefficients, strict=True):
+        if not abs(value) <= math.pi / 4:
+            raise PointingError(
+                f"the fit drives {each.name} to {math.degrees(value):.3g}°, which no telescope has: look for swapped "
+                "columns, a wrong latitude, or places of another frame"
+            )

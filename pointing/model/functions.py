@@ -1,0 +1,40 @@
+"""The same formulas for one place and for arrays of places: elementary functions from `math` or from NumPy."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Real = Any  # float or numpy.ndarray of float64: every formula of this package takes both
+
+
+@dataclass(frozen=True)
+class Functions:
+    """What the formulas need."""
+
+    sin: Callable[[Real], Real]
+    cos: Callable[[Real], Real]
+    atan2: Callable[[Real, Real], Real]
+    hypot: Callable[[Real, Real], Real]
+    root: Callable[[Real], Real]  # nan of a negative number
+    copysign: Callable[[Real, Real], Real]
+    at_least: Callable[[Real, float], Real]
+
+
+def _root(value: float) -> float:
+    return math.sqrt(value) if value >= 0.0 else math.nan
+
+
+def _roots(values: Real) -> Real:
+    return np.sqrt(np.where(values >= 0.0, values, np.nan))
+
+
+SCALAR = Functions(math.sin, math.cos, math.atan2, math.hypot, _root, math.copysign, max)
+ARRAY = Functions(np.sin, np.cos, np.arctan2, np.hypot, _roots, np.copysign, np.maximum)
+
+
+def functions_of(value: Real) -> Functions:
+    """Return the functions that take this value."""
+    return ARRAY if isinstance(value, np.ndarray) else SCALAR

@@ -1,0 +1,85 @@
+"""Weighted normal equations, gathered block by block, and what they say about the terms.
+
+Columns are scaled to unit length before anything is decided: the condition is then that of the geometry of the run
+and not of the units, and σ and correlations come from the same decomposition as the solution.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SINGULAR = 1e-10  # smallest eigenvalue of the scaled normal matrix, against the largest, that still tells terms apart
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """MᵀWM, MᵀWr and rᵀWr of k terms.
+
+    Parameters
+    ----------
+    matrix : (k, k) array
+        MᵀWM.
+    right : (k,) array
+        MᵀWr, radians.
+    square : float
+        rᵀWr, square radians.
+    """
+
+    matrix: Array
+    right: Array
+    square: float
+
+    @classmethod
+    def empty(cls, k: int) -> "NormalEquations":
+        """Return those of no observation."""
+        return cls(np.zeros((k, k)), np.zeros(k), 0.0)
+
+    def added(self, residual: Array, design: Array, weight: Array) -> "NormalEquations":
+        """Return them with more observations: residual (2, n), design (2, n, k), weight (n,)."""
+        flat = design.reshape(-1, design.shape[-1])
+        weights = np.concatenate((weight, weight))
+        weighted = flat * weights[:, None]
+        r = residual.ravel()
+        return NormalEquations(
+            self.matrix + weighted.T @ flat, self.right + weighted.T @ r, self.square + float(r @ (weights * r))
+        )
+
+    @cached_property
+    def scale(self) -> Array:
+        """Length of each column of √W M; 1 for a column of zeros."""
+        length = np.sqrt(np.diag(self.matrix))
+        return np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def _eigen(self) -> tuple[Array, Array]:
+        values, vectors = np.linalg.eigh(self.matrix / np.outer(self.scale, self.scale))
+        return values, vectors
+
+    @property
+    def condition(self) -> float:
+        """Condition of the scaled design matrix; infinite where terms cannot be told apart."""
+        if not self.scale.size:
+            return 1.0
+        values, _ = self._eigen
+        return float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 else float("inf")
+
+    def inseparable(self) -> Array | None:
+        """Return the share of each term in the combination that the observations do not see, or None."""
+        if not self.scale.size:
+            return None
+        values, vectors = self._eigen
+        return np.abs(vectors[:, 0]) if values[0] < SINGULAR * values[-1] else None
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(MᵀWM)⁻¹."""
+        values, vectors = self._eigen
+        return np.asarray((vectors / values) @ vectors.T / np.outer(self.scale, self.scale))
+
+    def solution(self) -> Array:
+        """Return the coefficients' change, radians."""
+        return np.asarray(self.inverse @ self.right)

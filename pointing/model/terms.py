@@ -1,0 +1,228 @@
+"""The terms of pointing models, by TPOINT's names: a table, and the grammar of the generic ones.
+
+A coefficient is *added to the telescope's (encoder) position to obtain the star's observed place*. To first order:
+
+equatorial  Δh, Δδ: IH, ID added; CH sec δ; NP tan δ; MA (−cos h tan δ, sin h); ME (sin h tan δ, cos h); ΔZ = TF sin Z
+altazimuth  ΔA, ΔE: −IA, IE; −CA sec E; −NPAE tan E; AN (−sin A tan E, −cos A); AW (−cos A tan E, sin A)
+
+A generic harmonic is `H r f c [n] [f c [n]]`, a polynomial `P r c [n] [c [n]]`: r the result (see
+`pointing.model.results`), f S or C, c one of H, D, A, E, Z, Q, n the multiple or the power.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pointing.errors import PointingError
+from pointing.model.amount import Beyond, Factor, Factors, amount
+from pointing.model.functions import Real
+from pointing.model.place import Angle, MountKind, Place
+from pointing.model.results import RESULTS, Result
+
+Evidence = Literal["published", "unconfirmed", "own"]
+
+_HARMONIC = re.compile(r"H([HXDULPASZENWV])([SC])([HDAEZQ])(\d*)(?:([SC])([HDAEZQ])(\d*))?")
+_POLYNOMIAL = re.compile(r"P([HXDULPASZENWV])([HDAEZQ])(\d*)(?:([HDAEZQ])(\d*))?")
+_CHECKED = frozenset({"HESA2", "HECA", "HACA3", "HASA2", "PZZ1", "PZZ3"})
+
+_RANK = {"H": 0, "D": 0, "A": 0, "E": 0, "X": 1, "S": 1, "P": 2, "V": 2, "L": 3, "W": 3, "U": 4, "N": 4}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term: what it moves, and by how much at a place for a coefficient of one.
+
+    Parameters
+    ----------
+    name : str
+        TPOINT's name.
+    result : str
+        A key of `RESULTS`.
+    factors : tuple
+        The functions whose product is the amount; none: one everywhere.
+    sentence : str
+        What it stands for on a telescope.
+    sign : float
+        Of the coefficient.
+    unconfirmed : tuple of str
+        The kinds of mount for which no published fit confirms it: derived from the geometry.
+    """
+
+    name: str
+    result: str
+    factors: Factors = ()
+    sentence: str = field(default="", compare=False)
+    sign: float = field(default=1.0)
+    unconfirmed: tuple[MountKind, ...] = field(default=(), compare=False)
+    own: bool = field(default=False, compare=False)
+
+    @property
+    def moves(self) -> Result:
+        """What it moves."""
+        return RESULTS[self.result]
+
+    @property
+    def mounts(self) -> tuple[MountKind, ...]:
+        """The kinds of mount it is for."""
+        return self.moves.mounts
+
+    @property
+    def is_index(self) -> bool:
+        """Whether it is the zero point of an axis, which a `sync` may change."""
+        return self.name in ("IH", "ID", "IA", "IE")
+
+    @property
+    def rank(self) -> int:
+        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last."""
+        if all(isinstance(factor, Beyond) for factor in self.factors):
+            return _RANK.get(self.result, len(_RANK))
+        return len(_RANK)
+
+    @property
+    def same_as(self) -> tuple[str, Factors]:
+        """What it does: terms that agree in this are one term under two names."""
+        return self.result, self.factors
+
+    def evidence(self, kind: MountKind) -> Evidence:
+        """What confirms it on a kind of mount."""
+        if self.own:
+            return "own"
+        return "unconfirmed" if kind in self.unconfirmed else "published"
+
+    def amount(self, place: Place) -> Angle:
+        """γ for a coefficient of one, with its gradient (∂/∂lon, ∂/∂lat)."""
+        sign = self.sign * self.moves.sign
+        if not self.factors:
+            return sign, 0.0, 0.0
+        value, by_lon, by_lat = amount(self.factors, place)
+        return sign * value, sign * by_lon, sign * by_lat
+
+    def forward(self, place: Place, coefficient: Real) -> tuple[Real, Real]:
+        """Coordinates after the term, radians."""
+        step = self.moves.forward(place, coefficient * self.amount(place)[0])
+        return step.lon, step.lat
+
+
+_E: tuple[MountKind, ...] = ("equatorial",)
+_NEITHER: tuple[MountKind, ...] = ("equatorial", "altazimuth")
+
+
+def _s(letter: str, number: int = 1) -> Factor:
+    return Factor("S", letter, number)
+
+
+def _c(letter: str, number: int = 1) -> Factor:
+    return Factor("C", letter, number)
+
+
+NAMED: tuple[Term, ...] = (
+    Term("IH", "H", (), "index error in hour angle"),
+    Term("ID", "D", (), "index error in declination"),
+    Term("CH", "X", (), "collimation: the tube is not square to the declination axis"),
+    Term("NP", "P", (), "the declination axis is not square to the polar axis", unconfirmed=_E),
+    Term("MA", "L", (), "polar axis misaligned sideways"),
+    Term("ME", "U", (), "polar axis misaligned in elevation"),
+    Term("TF", "Z", (_s("Z"),), "tube flexure, proportional to sin Z"),
+    Term("TX", "Z", (Factor("T", "Z"),), "tube flexure or refraction, proportional to tan Z", unconfirmed=_E),
+    Term(
+        "TX10",
+        "Z",
+        (Factor("T", "Z"),),
+        "as TX: the form of TPOINT's TX10 is not public, tan Z agrees to about 0.4″",
+        unconfirmed=_NEITHER,
+    ),
+    Term("FO", "D", (_c("H"),), "fork flexure, proportional to cos h", unconfirmed=_E),
+    Term("HF", "X", (_s("H"),), "horseshoe flexure, proportional to sin h", unconfirmed=_E),
+    Term("DAF", "X", (_c("Z"),), "flexure of a cantilevered declination axis", sign=-1.0, unconfirmed=_E),
+    Term("HCES", "H", (_s("H"),), "hour-angle circle off centre, sine", unconfirmed=_E),
+    Term("HCEC", "H", (_c("H"),), "hour-angle circle off centre, cosine", unconfirmed=_E),
+    Term("DCES", "D", (_s("D"),), "declination circle off centre, sine", unconfirmed=_E),
+    Term("DCEC", "D", (_c("D"),), "declination circle off centre, cosine", unconfirmed=_E),
+    Term("DNP", "P", (_s("H"),), "non-perpendicularity that changes with sin h", unconfirmed=_E),
+    Term("X2HC", "X", (_c("H", 2),), "twice a turn of the hour angle, east-west, cosine", unconfirmed=_E),
+    Term("IA", "A", (), "index error in azimuth"),
+    Term("IE", "E", (), "index error in elevation"),
+    Term("CA", "S", (), "collimation: the tube is not square to the elevation axis"),
+    Term("NPAE", "V", (), "the elevation axis is not square to the azimuth axis"),
+    Term("AN", "N", (), "azimuth axis tilted to the north"),
+    Term("AW", "W", (), "azimuth axis tilted to the west"),
+    Term("ACES", "A", (_s("A"),), "azimuth circle off centre, sine"),
+    Term("ACEC", "A", (_c("A"),), "azimuth circle off centre, cosine"),
+    Term("ECES", "E", (_s("E"),), "elevation circle off centre, sine"),
+    Term("ECEC", "E", (_c("E"),), "elevation circle off centre, cosine"),
+    Term("FLOP", "E", (), "the tube flops in elevation", sign=-1.0),
+    Term("NRX", "NRX", (), "Nasmyth rotator axis displaced horizontally"),
+    Term("NRY", "NRY", (), "Nasmyth rotator axis displaced vertically"),
+)
+"""All named terms. Other names are read by the grammar of generic terms."""
+
+PIER_TERMS: dict[str, Term] = {
+    name: Term(f"{name}B", _result, (Beyond(),), f"what {name} has more beyond the pole", own=True)
+    for name, _result in (("IH", "H"), ("ID", "D"), ("IA", "A"), ("IE", "E"))
+}
+"""By the index term whose value differs between the sides of the pier. TPOINT has none of these."""
+
+_BY_NAME = {term.name: term for term in (*NAMED, *PIER_TERMS.values())}
+
+
+def term(name: str, kind: MountKind) -> Term:
+    """Return the term of a name on a kind of mount.
+
+    Raises
+    ------
+    PointingError
+        There is no such term, or it is not for this kind of mount.
+    """
+    wanted = name.strip().upper()
+    found = _BY_NAME.get(wanted) or _generic(wanted)
+    if found is None:
+        there = " ".join(each.name for each in NAMED if kind in each.mounts)
+        raise PointingError(
+            f"there is no pointing term {name!r}; for this mount there are {there}, harmonics such as "
+            f"{'HESA2' if kind == 'altazimuth' else 'HDSH2'} and polynomials such as PZZ3"
+        )
+    if kind not in found.mounts:
+        here = "an altazimuth" if kind == "altazimuth" else "an equatorial"
+        raise PointingError(
+            f"the term {found.name} ({found.sentence}) is for an {found.mounts[0]} mount, this is {here} one"
+        )
+    return found
+
+
+def terms(names: str, kind: MountKind) -> tuple[Term, ...]:
+    """Return the terms of a list of names, separated by blanks or commas.
+
+    Raises
+    ------
+    PointingError
+        A name is no term of this kind of mount, stands twice, or there is none.
+    """
+    listed = names.replace(",", " ").split()
+    if not listed:
+        raise PointingError('no pointing terms are named: give some, as in "IH ID CH NP MA ME"')
+    found = tuple(term(name, kind) for name in listed)
+    twice = sorted({each.name for each in found if sum(other.name == each.name for other in found) > 1})
+    if twice:
+        raise PointingError(f"the pointing term {twice[0]} is named twice: name each once")
+    return found
+
+
+def _generic(name: str) -> Term | None:
+    """Read a harmonic's or a polynomial's name."""
+    evidence = () if name in _CHECKED else _NEITHER
+    if harmonic := _HARMONIC.fullmatch(name):
+        result, *rest = harmonic.groups()
+        factors = tuple(_factor(*three) for three in (rest[:3], rest[3:]) if three[0])
+    elif polynomial := _POLYNOMIAL.fullmatch(name):
+        result, *rest = polynomial.groups()
+        factors = tuple(_factor("P", *two) for two in (rest[:2], rest[2:]) if two[0])
+    else:
+        return None
+    if any(factor.number == 0 for factor in factors):
+        return None
+    formula = " ".join(factor.text for factor in factors)
+    return Term(name, result, factors, f"{RESULTS[result].sentence}: {formula}", unconfirmed=evidence)
+
+
+def _factor(function: str, letter: str, number: str) -> Factor:
+    return Factor(function, letter, int(number or 1))
