@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pointing.errors import PointingError
-from pointing.model.amount import Factor
+from pointing.model.amount import Beyond, Factor, OwnFunction
 from pointing.model.place import MountKind
 from pointing.model.terms import Term
 
@@ -81,7 +81,7 @@ def _canonical(term: Term, kind: MountKind) -> tuple[object, ...]:
 _COMPLEMENT = {"S": "C", "C": "S"}
 
 
-def _from_zenith(factor: object) -> object:
+def _from_zenith(factor: Factor | OwnFunction | Beyond) -> Factor | OwnFunction | Beyond:
     """A factor of Z as one of E where that is one: sin Z = cos E, cos Z = sin E."""
     if isinstance(factor, Factor) and factor.letter == "Z" and factor.number == 1 and factor.function in _COMPLEMENT:
         return Factor(_COMPLEMENT[factor.function], "E")
