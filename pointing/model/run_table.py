@@ -4,7 +4,7 @@ Star and telescope are `hour_angle`, `declination`, `telescope_hour_angle`, `tel
 mount, `azimuth`, `elevation` and likewise of an altazimuth one (`altitude` serves as well), in any unit of angle.
 Optional columns: `weight`, `kept` (bool), `time` (astropy's `Time`, or POSIX seconds), `sidereal_time` and `rotator`
 (angles), `auxiliary_1`, `auxiliary_2`, …, `line`. Meta data: `latitude_deg`, which is needed; `caption`, `source`,
-`date` (ISO), `height_m`, `lapse_k_m`, `refraction_applied`, `options`, and `weather` with the fields of
+`date` (ISO), `height_m`, `lapse_k_m`, `refraction_applied`, `places`, `options`, and `weather` with the fields of
 `pointing.site.Weather`. Rows are counted from 1.
 """
 
@@ -26,7 +26,7 @@ from pointing.site import Weather
 _TELESCOPE = "telescope_"
 _ALIASES = {"altitude": "elevation", "telescope_altitude": "telescope_elevation"}
 _AUXILIARY = "auxiliary_"
-_TEXTS = ("caption", "source")
+_TEXTS = ("caption", "source", "places")
 _NUMBERS = ("height_m", "lapse_k_m")
 
 

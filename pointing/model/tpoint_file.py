@@ -176,11 +176,13 @@ def _observations(
     rows = [_row(mount, record) for record in records]
     angles = np.array([row.angles for row in rows], float).reshape(-1, 5 if mount == "equatorial" else 4).T
     latitude, sidereal = parameters.latitude, np.full(len(rows), math.nan)
+    frame: Places | None = None
     if mount == "equatorial":
         ra, dec, axis1, axis2, sidereal = angles
         height = 0.0 if math.isnan(parameters.height_m) else parameters.height_m
         at = Circumstances(latitude, height, parameters.weather, parameters.date)
-        star1, star2 = observed_places(_frame(records, places), ra, dec, sidereal, at)
+        frame = _frame(records, places)
+        star1, star2 = observed_places(frame, ra, dec, sidereal, at)
         # The telescope's right ascension is read off its hour axis, wherever the tube looks.
         axis1 = math.pi - (math.pi - (sidereal - axis1)) % math.tau
     else:
@@ -191,6 +193,8 @@ def _observations(
         mount, latitude, star1, star2, axis1, axis2, sidereal_time=sidereal,
         rotator=np.array([row.rotator for row in rows]), auxiliary=np.array(auxiliary).reshape(len(rows), width),
         line=np.array([record.line for record in records], int),
+        refraction_applied=frame in {None, "observed"} or parameters.weather is None or parameters.weather.refraction,
+        places=frame or "",
     )  # fmt: skip
 
 
