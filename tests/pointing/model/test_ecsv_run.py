@@ -16,6 +16,8 @@ from pointing.errors import PointingError
 from pointing.model.ecsv_run import read_ecsv, write_ecsv
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
+from pointing.model.spk_file import write_spk
+from pointing.model.tpoint_file import write_tpoint
 from pointing.site import Weather
 
 FILES = ("apo_2016-08-18", "apo_2017-12-10", "auxtel_2020-02", "auxtel_2022-04", "gem_cgx-l", "gem_warp",
@@ -114,6 +116,18 @@ def test_a_file_that_is_no_table_is_a_sentence(tmp_path):
         for reader in (read_ecsv, read_run):
             with pytest.raises(PointingError, match=said):
                 reader(path)
+
+
+def test_a_run_without_stars_is_a_table_without_rows():
+    empty = PointingRun("altazimuth", 0.5, *[np.zeros(0)] * 4)
+    assert len(PointingRun.from_table(empty.to_table())) == 0
+
+
+@pytest.mark.parametrize("write", [write_ecsv, write_spk, write_tpoint])
+def test_what_cannot_be_written_is_a_sentence(tmp_path, write):
+    run = PointingRun.from_degrees("altazimuth", 30.0, [1], [3], [1], [3])
+    with pytest.raises(PointingError, match="cannot be written"):
+        write(run, tmp_path / "no folder" / "run.dat")
 
 
 def test_bytes_that_are_no_text_are_refused_by_every_reader(tmp_path):
