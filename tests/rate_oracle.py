@@ -36,7 +36,7 @@ def share_of_allowed(target, sky, instant, step=40.0):
 def share_of_allowed_on_axes(subject, sky, posture, rng, farthest, stars=6):
     """By how much of what is allowed axis rates differ from measured ones, of stars of chance 10° up and higher.
 
-    The tube stands at most `farthest` (radians, axis 2) from the equator of axis 1: near its pole rates have no bound.
+    The tube stands at most `farthest`, radians, from the equator of axis 1: rates at its pole have no bound.
     """
     bare = Mount(subject.type, subject.latitude, subject.x, subject.y)
     worst = tried = 0
