@@ -14,16 +14,17 @@ from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from transports.serve import serve
 
-NEAR, FAR = "hadec:1,-41", "hadec:40,-41"  # two and ten seconds away from park
+NEAR, FAR = "hadec:1,-41", "hadec:40,-41"
+SLOW_DEG_S = 1.0  # from park to FAR it slews for longer than a busy computer takes to start three commands
 
 
 @pytest.fixture
 def served(written):
     """A simulated unit served from this process on a TCP port; its true state can be looked at."""
-    configuration = load(written("sim:", "unit.toml"), {}, {})
+    configuration = load(written("sim:", "unit.toml", speed_deg_s=SLOW_DEG_S), {}, {})
     unit = simulators.tc410(configuration, SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
-        unit.file = written(server.address)
+        unit.file = written(server.address, speed_deg_s=SLOW_DEG_S)
         yield unit
 
 
