@@ -15,7 +15,7 @@ from clockdrive.configuration import load
 from transports.serve import serve
 
 NEAR, FAR = "hadec:1,-41", "hadec:40,-41"
-SLOW_DEG_S = 1.0  # from park to FAR it slews for longer than a busy computer takes to start three commands
+SLOW_DEG_S = 2.0  # from park to FAR it slews for longer than a busy computer takes to start three commands
 
 
 @pytest.fixture
@@ -106,8 +106,8 @@ def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served,
     assert attached.ended() == 130
     assert answer("-c", served.file, "status")["doing"] == "idle"
     assert still()
-    tracking = started("-c", served.file, "track", "hadec:5,-41")
-    tracking.until("on hadec:5,-41")
+    tracking = started("-c", served.file, "track", NEAR)
+    tracking.until(f"on {NEAR}")
     tracking.signal(signal.SIGINT)
     assert tracking.ended() == 130
     assert answer("-c", served.file, "status")["doing"] == "idle"
