@@ -14,16 +14,17 @@ from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from transports.serve import serve
 
-NEAR, FAR = "hadec:1,-41", "hadec:40,-41"  # two and ten seconds away from park
+NEAR, FAR = "hadec:1,-41", "hadec:40,-41"
+SLOW_DEG_S = 2.0  # from park to FAR it slews for longer than a busy computer takes to start three commands
 
 
 @pytest.fixture
 def served(written):
     """A simulated unit served from this process on a TCP port; its true state can be looked at."""
-    configuration = load(written("sim:", "unit.toml"), {}, {})
+    configuration = load(written("sim:", "unit.toml", speed_deg_s=SLOW_DEG_S), {}, {})
     unit = simulators.tc410(configuration, SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
-        unit.file = written(server.address)
+        unit.file = written(server.address, speed_deg_s=SLOW_DEG_S)
         yield unit
 
 
@@ -105,8 +106,8 @@ def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served,
     assert attached.ended() == 130
     assert answer("-c", served.file, "status")["doing"] == "idle"
     assert still()
-    tracking = started("-c", served.file, "track", "hadec:5,-41")
-    tracking.until("on hadec:5,-41")
+    tracking = started("-c", served.file, "track", NEAR)
+    tracking.until(f"on {NEAR}")
     tracking.signal(signal.SIGINT)
     assert tracking.ended() == 130
     assert answer("-c", served.file, "status")["doing"] == "idle"
