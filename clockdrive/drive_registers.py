@@ -40,6 +40,11 @@ class HasRegisters(Protocol):
         """The registers."""
         ...
 
+    @property
+    def lent(self) -> Mapping[str, float]:
+        """What the registers that are changed for a while hold otherwise, by name."""
+        ...
+
 
 class DriveRegisters:
     """The registers of a telescope's drive.
@@ -195,7 +200,8 @@ class DriveRegisters:
             session.poll()
 
     def _differences(self) -> tuple[Difference, ...]:
-        return differences(self._configuration, registers_of(self._drive.unit))
+        drive = self._drive
+        return differences(self._configuration, {**registers_of(drive.unit), **drive.lent})
 
     @property
     def _drive(self) -> HasRegisters:

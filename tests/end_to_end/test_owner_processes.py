@@ -95,6 +95,18 @@ def test_a_running_owner_serves_all_and_a_second_one_is_refused(started, served,
     assert still()
 
 
+def test_a_jog_at_a_lower_speed_leaves_no_difference_in_the_drives_registers(started, served, run, answer):
+    owner = started("-c", served.file, "run")
+    owner.until("owning the telescope")
+    run("-c", served.file, "sync", "hadec:0,-42.4", "--force")
+    before = answer("-c", served.file, "drive", "diff")["differences"]
+    full = served.memory.raw("axis1_max_speed")
+    answer("-c", served.file, "jog", "1", "0.3", "--for", "1s")
+    assert served.memory.raw("axis1_max_speed") == full
+    assert answer("-c", served.file, "drive", "diff")["differences"] == before
+    assert "axis1.max_speed_deg_s" not in answer("-c", served.file, "drive", "pull")["changed"]
+
+
 def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served, run, answer, eventually, still):
     owner = started("-c", served.file, "run")
     owner.until("owning the telescope")
