@@ -10,6 +10,7 @@ from clockdrive.answers import Answer, utc
 from clockdrive.configuration import Configuration
 from clockdrive.errors import InputError
 from clockdrive.planning import resolve, sources_of, without_a_drive
+from pointing.ephemeris_table import EphemerisTable
 from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.planner import Planner
@@ -18,6 +19,7 @@ from pointing.targets import Target, notes_of
 from pointing.tle import Tle, read_tle
 from pointing.visibility import Pass, Sighting, never, passes
 
+_INSIDE_S = 0.001  # by which a search stays away from the ends of a table, for roundings
 _MOST_HOURS = 24.0 * 366.0
 _FILES = frozenset({".tle", ".2le", ".3le", ".txt"})
 
@@ -69,15 +71,18 @@ def search(
     above = -math.pi / 2.0 if above_deg is None else math.radians(above_deg)
     wanted = _wanted(given, planner, after, configuration)
     found: list[Pass] = []
-    without = []
+    without: list[str] = []
+    notes: list[str] = []
     for i, each in enumerate(wanted):
         told = _shared(progress, i, len(wanted), each.name)
         try:
             target = Satellite(each) if isinstance(each, Tle) else each
+            begin, end, note = _known(target, after, until)
+            notes += [note] if note else []
             mine = len(found)
-            found.extend(passes(planner, target, after, until, above=above, progress=told))
+            found.extend(passes(planner, target, begin, end, above=above, progress=told))
             if len(found) == mine:
-                without.append(never(planner, target, after, until, above=above))
+                without.append(never(planner, target, begin, end, above=above))
         except TargetError as error:
             if len(wanted) == 1:
                 raise
@@ -91,7 +96,7 @@ def search(
             "until_utc": utc(until),
             "passes": [_row(each) for each in sorted(found, key=lambda each: each.rise.time)],
             "without": without,
-            "notes": [earth] if earth else [],
+            "notes": [*notes, *([earth] if earth else [])],
         }
     )
 
@@ -102,6 +107,27 @@ def _wanted(given: str, planner: Planner, time: float, configuration: Configurat
     if not parse.prefix(given) and (path.suffix.lower() in _FILES or _is_file(path)):
         return read_tle(path)
     return (resolve(given, planner, time, sources_of(configuration)),)
+
+
+def _known(target: Target, after: float, until: float) -> tuple[float, float, str]:
+    """Bound a search to where a table knows its target; return that, and a note where it is less.
+
+    Raises
+    ------
+    TargetError
+        The table knows nothing of this time.
+    """
+    if not isinstance(target, EphemerisTable):
+        return after, until, ""
+    first, last = target.first.posix() + _INSIDE_S, target.last.posix() - _INSIDE_S
+    held = f"{target.name}: its table holds {target.first.utc_iso()} to {target.last.utc_iso()}"
+    begin, end = max(after, first), min(until, last)
+    if begin >= end:
+        raise TargetError(
+            f"{held}, nothing of {utc(after)} to {utc(until)}; search in that time (--at, --hours), or bring another "
+            "table"
+        )
+    return begin, end, "" if (begin, end) == (after, until) else f"{held}; searched from {utc(begin)} to {utc(end)}"
 
 
 def _is_file(path: Path) -> bool:
