@@ -229,12 +229,12 @@ class Telescope:
             text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
             raise Unreachable(text, ahead.reachable)
         arrival = self._perform(self._gone_to(resolved, progress, ahead))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved), resolved)
+        return self._arrived(arrival, resolved)
 
     def flip(self, progress: Report = nobody) -> Answer:
         """Take up the tracked target in the other posture, by a safe way; a German mount changes sides."""
         arrival = self._perform(self._slewing.flip(progress))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
+        return self._arrived(arrival)
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
@@ -504,6 +504,12 @@ class Telescope:
     def _notes(self, plan: Plan, target: Target | None = None) -> tuple[str, ...]:
         said = notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
         return (*said, *self._instruments.notes)
+
+    def _arrived(self, arrival: Arrival, target: Target | None = None) -> Answer:
+        session = self._session
+        return arrival_answer(
+            arrival, session.planner, self._notes(arrival.plan, target), target, warnings=session.warnings
+        )
 
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))

@@ -580,6 +580,16 @@ class TC410:
         if source == _TRACK:
             self._direct.end()
 
+    def stand_by(self, time: float) -> None:  # noqa: ARG002 - the contract gives the time to all
+        """Have the dead-man process started, so that `follow` begins at once to lead.
+
+        Raises
+        ------
+        DriveRefused, DriveError
+            There is none, or it does not start.
+        """
+        self._direct.stand_by()
+
     @property
     def leading(self) -> Leading:
         """What `follow` can lead the axes along."""
@@ -720,6 +730,7 @@ class TC410:
             self._learn()
             if keep_tracking and not self._control & _REMOTE:
                 self._write_control(self._control & ~_SLEW)
+                self._direct.end()
             else:
                 self.stop(time)
             self._restore_speed()

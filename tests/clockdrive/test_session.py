@@ -4,11 +4,12 @@ import asyncio
 import math
 
 import pytest
-from telescope_bench import QUICK, T0, Witness, star_at, telescope
+from telescope_bench import DEG_PER_COUNT, QUICK, T0, Witness, star_at, telescope
 
+from clockdrive.clock_watch import ClockStep
 from clockdrive.errors import OwnedElsewhere, Refused, StateError
 from mounts.errors import DriveError
-from mounts.tc410.registers import by_name
+from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
 from transports.errors import LinkError, NoAnswer
@@ -60,6 +61,17 @@ def test_a_target_that_nobody_knows_further_stops_the_telescope_with_its_own_sen
     status = scope.status()
     assert (status["doing"], status["trouble"]) == ("idle", "Ending: its kernel ends here")
     assert not moving(scope)
+
+
+def test_a_step_of_the_clock_in_a_goto_is_told_with_its_target_in_answer_and_status(scope, monkeypatch):
+    now, steps = scope.clock.now(), [ClockStep(2.4, 0.0, 0.0)]
+    due = lambda: steps.pop() if steps and scope.clock.now() > now + 2.0 else None  # noqa: E731 - one line
+    monkeypatch.setattr(scope._session.surroundings._watch, "look", due)
+    star = star_at(scope, 60.0, 45.0)
+    (warning,) = scope.goto(star)["warnings"]
+    assert warning.startswith(f"the clock was stepped by +2.4 s during the slew to {star.name} (bound")
+    assert scope.status()["warnings"] == [warning]
+    assert scope.goto(star_at(scope, 61.0, 45.0))["warnings"] == []
 
 
 # Safety of every reading -------------------------------------------------------------------------------------------
@@ -155,6 +167,34 @@ def test_a_limit_switch_stops_the_slew_and_the_way_back_is_free(scope):
     assert not moving(scope)
     scope.home()
     assert scope.status()["limits"] == []
+
+
+def test_what_another_program_moves_by_remote_control_is_stopped_before_a_limit(scope):
+    """It sets velocity and bit itself, while nothing is asked of this one."""
+    scope.goto("altaz:90,40")
+    scope.stop()
+    scope.wait(5.0)
+    unit = scope._session.drive.unit
+    remote = by_name("velocity_control").mask("remote_control")
+    control = scope.simulator.memory.raw("velocity_control")
+    unit.write("axis1_target_velocity", -0.5 / DEG_PER_COUNT / COUNTS_PER_SECOND)  # to the east, and down
+    unit.write("velocity_control", control | remote)
+    lowest = 90.0
+    for _ in range(240):
+        scope.wait(0.5)
+        lowest = min(lowest, scope.status()["observed"]["altitude_deg"])
+    status = scope.status()
+    print(f"lowest altitude {lowest:.2f}° of 15°; {status['trouble']}")
+    assert 15.0 < lowest < 17.0
+    assert status["trouble"].startswith(
+        "moved by remote_control: stopped before it would lead out of what is allowed"
+    )
+    assert not moving(scope)
+    assert kinds(scope).count("stopped") == 2  # by command before, and once now
+    unit.write("axis1_target_velocity", 0.5 / DEG_PER_COUNT / COUNTS_PER_SECOND)
+    unit.write("velocity_control", control | remote)
+    scope.wait(10.0)
+    assert scope.status()["observed"]["altitude_deg"] > lowest + 2.0, "a way back is nobody's concern"
 
 
 def test_a_joystick_while_tracking_is_shown_and_afterwards_the_target_is_met_again(scope):
