@@ -131,8 +131,11 @@ def anchored(text: str, folder: Path) -> str:
     kind = prefix(text)
     if kind not in _OF_FILES:
         return text
-    file, mark, wanted = text.partition(":")[2].strip().partition("#")
-    return f"{kind}:{folder / file.strip()}{mark}{wanted}" if file.strip() else text
+    rest = text.partition(":")[2].strip()
+    if kind == "ephem":
+        return f"{kind}:{folder / _home(rest)}" if rest else text
+    file, mark, wanted = _split(rest, folder)
+    return f"{kind}:{folder / file}{mark}{wanted}" if file else text
 
 
 def _sexagesimal(text: str) -> Star:
@@ -214,15 +217,41 @@ def _table(text: str, rest: str) -> Target:
 
     if not rest.strip():
         raise TargetError(f"{_short(text)}: write ephem:FILE, an ECSV table")
-    return EphemerisTable.from_file(rest.strip())
+    return EphemerisTable.from_file(_home(rest.strip()))
 
 
 def _file(text: str, rest: str) -> tuple[str, str]:
     """FILE and NAME of FILE#NAME; a file of one body needs no name."""
-    file, _, name = (part.strip() for part in rest.partition("#"))
+    file, _, name = _split(rest, Path())
     if not file:
         raise TargetError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
     return file, name
+
+
+def _split(rest: str, folder: Path) -> tuple[str, str, str]:
+    """FILE, # and NAME of FILE#NAME: the longest file that there is, for its name may contain # itself."""
+    marks = [match.start() for match in re.finditer("#", rest)]
+    for end in (len(rest), *reversed(marks)):
+        file = _home(rest[:end].strip())
+        if file and _is_file(folder / file):
+            return file, rest[end : end + 1], rest[end + 1 :].strip()
+    file, mark, name = rest.partition("#")
+    return _home(file.strip()), mark, name.strip()
+
+
+def _home(file: str) -> str:
+    """The path with a person's home in place of ~, which a shell leaves alone behind `tle:`."""
+    try:
+        return str(Path(file).expanduser()) if file.startswith("~") else file
+    except RuntimeError:  # nobody knows that home
+        return file
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # the name is too long for one, or contains what no name can
+        return False
 
 
 _OF_FILES = frozenset({"tle", "mpc", "ephem"})

@@ -106,6 +106,9 @@ def _wanted(given: str, planner: Planner, time: float, configuration: Configurat
     path = Path(given)
     if not parse.prefix(given) and (path.suffix.lower() in _FILES or _is_file(path)):
         return read_tle(path)
+    file, mark, name = given.partition("#")
+    if mark and not parse.prefix(given) and (Path(file).suffix.lower() in _FILES or _is_file(Path(file))):
+        raise TargetError(f"{given!r} is no file and no target; for one satellite of a file write tle:{file}#{name}")
     return (resolve(given, planner, time, sources_of(configuration)),)
 
 

@@ -35,6 +35,7 @@ REFUSED = [  # words, exit code, what the sentence says
     ("goto hadec:175,80", 1, ["below the horizon limit of 15.00°"]),
     ("goto tle:FILE#ISS", 1, ["TLE file", "there is no such file", "check the path"]),
     ("passes nowhere.tle", 1, ["TLE file nowhere.tle", "there is no such file"]),
+    ("passes all.tle#ISS", 1, ["'all.tle#ISS' is no file and no target", "write tle:all.tle#ISS"]),
     ("passes Nowhere", 1, ["Nowhere"]),
     ("passes Vega --hours 0", 2, ["--hours 0", "more than 0 up to 8784"]),
     ("passes Vega --hours nan", 2, ["--hours nan"]),
@@ -206,7 +207,7 @@ def test_a_clock_that_is_set_during_a_slew_is_told_with_step_bound_and_remedy(tm
         scope.goto("hadec:1,-41", lambda _: step.__setitem__(0, 2.4))
         told = [event.text for event in scope.events() if "clock" in event.text]
     assert len(told) == 1
-    assert "was stepped by +2.4 s during slewing" in told[0]
+    assert "was stepped by +2.4 s during the slew to hadec:1,-41" in told[0]
     assert "(bound 0.1 s): the telescope was or is aimed 36″ off" in told[0]
     assert "check the time service, then `goto` again" in told[0]
 
