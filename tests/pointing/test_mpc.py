@@ -240,19 +240,11 @@ def test_any_file_is_a_body_or_a_refusal(tmp_path_factory, content, name):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "column", "said"),
     [
-        (
-            "hello",
-            6,
-            "the line ends before its semimajor axis, columns 93",
-        ),
+        ("hello", 6, "the line ends before its semimajor axis, columns 93"),
         (CERES[:92], 93, "the line ends before its semimajor axis"),
-        (
-            "The quick brown fox jumps over the lazy dog",
-            8,
-            "'c' stands",
-        ),
+        ("The quick brown fox jumps over the lazy dog", 8, "'c' stands"),
         (columns(CERES, 36, 36, "1"), 36, "'1' stands where"),
         (columns(HALE_BOPP, 50, 50, "1"), 50, "'1' stands where"),
         (columns(CERES, 170, 170, "\x1b"), 170, "the character U+001B"),
