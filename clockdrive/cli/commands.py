@@ -12,7 +12,7 @@ from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
-from clockdrive.configuration_keys import DRIVE_KINDS
+from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
@@ -224,6 +224,15 @@ def init(args: argparse.Namespace) -> None:
     """Print a commented configuration."""
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
+    if args.kind is not None and args.kind not in DRIVEN:
+        if args.unit is not None:
+            raise InputError(
+                f"init {args.kind} --from {args.unit}: {NO_OTHER_DRIVE}; `clockdrive init {args.kind}` "
+                f"writes the keys of the {args.kind}, `clockdrive init {DRIVEN[0]} --from LINK` reads a {DRIVEN[0]}"
+            )
+        print(f"clockdrive: {NO_OTHER_DRIVE}; `config check` will say the same of this file", file=sys.stderr)
+    if args.unit is not None and args.mount is not None:
+        raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")
     if args.unit is not None:
         from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
         from clockdrive.first_configuration import commented_from  # noqa: PLC0415 - likewise
