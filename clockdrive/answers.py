@@ -216,6 +216,7 @@ def centred_answer(found: "Centred", instrument: str) -> Answer:
             "centre": _east_north(found.centre),
             "moved_arcsec": found.moved_arcsec,
             "slewed": found.slewed,
+            "guide_cleared": _east_north(found.cleared) if any(found.cleared) else None,
         }
     )
 

@@ -68,6 +68,8 @@ def goto(args: argparse.Namespace) -> None:
     leave = not stay and (args.exit or args.json)
     rate = _rate(args)
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
+        if leave and not telescope.attached:
+            _require_left(telescope.call("plan", target=_target(args), **rate))
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args), **rate)
         if not args.json:
@@ -77,6 +79,21 @@ def goto(args: argparse.Namespace) -> None:
             _track(telescope, seconds, quiet=args.json)
         if args.json:
             display.as_json(answer)
+
+
+def _require_left(plan: Mapping[str, Any]) -> None:
+    """Refuse a target that the drive cannot go on with by itself, before anything moves.
+
+    Raises
+    ------
+    Refused
+        It is followed by direct speed control, which ends with this command.
+    """
+    if "pass" in plan:
+        raise Refused(
+            f"{plan['target']} is too fast to be left to the drive alone, and --exit and --json return on arrival: "
+            "say how long to follow it, `--for 5m`, or have `clockdrive run` own the telescope, which goes on with it"
+        )
 
 
 def jog(args: argparse.Namespace) -> None:

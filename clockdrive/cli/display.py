@@ -252,10 +252,12 @@ def guide_text(answer: Mapping[str, Any]) -> str:
 def centre_text(answer: Mapping[str, Any]) -> str:
     """What an image told, as two lines."""
     how = "slewn" if answer["slewed"] else "moved"
+    pulses = answer["guide_cleared"]
+    cleared = f"\n  it took in and cleared the guide pulses, {_east_north(pulses)}" if pulses else ""
     return (
         f"{answer['target']} on {answer['instrument']}: the counts stood {_east_north(answer['error'])} of the image "
         f"of {answer['exposure_utc']}\n  {how} by {answer['moved_arcsec']:.2f}″; "
-        f"in force is centre {_east_north(answer['centre'])}"
+        f"in force is centre {_east_north(answer['centre'])}{cleared}"
     )
 
 

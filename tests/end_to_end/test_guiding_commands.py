@@ -32,6 +32,10 @@ def test_pulses_solutions_and_origins_are_shown_and_cleared_by_their_names(track
     shown = run(*command, "status").stdout
     assert "centre north: " in shown
     assert "on hadec:1,-41" in shown
+    run(*command, "guide", "N", "1000")
+    said = run(*command, "centre", *place, "--at", then["position_utc"]).stdout
+    assert "it took in and cleared the guide pulses, +0.00″ east, +7.52″ north" in said
+    assert "guide north" not in named(answer(*command, "status"))
     run(*command, "offset", "clear", "centre north")
     assert "centre north" not in named(answer(*command, "status"))
 
