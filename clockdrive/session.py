@@ -449,13 +449,15 @@ class Session:
 
     def stop(self) -> None:
         """Stop everything, tracking included; a stop that does not reach the drive is tried again every cycle."""
+        stands = self.doing in _AT_REST and not self._must_stop
         self.pursuit = None
         self._must_stop = True
         self.doing = self._at_rest()
         self.drive.stop(self.clock.now())
         self._must_stop = False
         self.now_doing(self.doing)
-        self.note("stopped", "by command")
+        if not stands:  # an interruption stops on its way out as well
+            self.note("stopped", "by command")
 
     def unpark(self) -> None:
         """Allow motion again."""

@@ -226,7 +226,7 @@ class Telescope:
         found = self._planned(resolved, None)
         ahead = found if isinstance(found, PassPlan) else None
         if ahead is not None and ahead.reachable > self.clock.now() + _LONGEST_WAIT_S:
-            text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
+            text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes: give it again then"
             raise Unreachable(text, ahead.reachable)
         arrival = self._perform(self._gone_to(resolved, progress, ahead))
         return self._arrived(arrival, resolved)

@@ -288,17 +288,13 @@ def report(args: argparse.Namespace) -> None:
 def _track(telescope: Backend, seconds: float | None, *, quiet: bool) -> None:
     """Show a live line while the telescope tracks, or does what another command asks; end with what ended it."""
     end = math.inf if seconds is None else time.monotonic() + seconds
-    try:
-        with display.live(quiet=quiet) as show:
-            while time.monotonic() < end:
-                found = telescope.call("status")
-                show(found)
-                if found["doing"] in {"idle", "parked"}:
-                    raise Refused(found["trouble"] or "the telescope was stopped by another command")
-                time.sleep(max(0.0, min(1.0, end - time.monotonic())))
-    except KeyboardInterrupt:
-        telescope.call("stop")
-        raise
+    with display.live(quiet=quiet) as show:
+        while time.monotonic() < end:
+            found = telescope.call("status")
+            show(found)
+            if found["doing"] in {"idle", "parked"}:
+                raise Refused(found["trouble"] or "the telescope was stopped by another command")
+            time.sleep(max(0.0, min(1.0, end - time.monotonic())))
     telescope.call("stop")
     if not quiet:
         print("stopped", file=sys.stderr)

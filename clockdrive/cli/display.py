@@ -97,7 +97,9 @@ def passes_text(answer: Mapping[str, Any]) -> str:
         )
         for each in answer["passes"]
     ]
-    lines = [f"from {answer['after_utc']} to {answer['until_utc']}: {len(rows)} passes (UTC, azimuth, altitude)"]
+    lines = [
+        f"from {answer['after_utc']} to {answer['until_utc']}: {len(rows)} pass{'' if len(rows) == 1 else 'es'} (UTC, azimuth, altitude)"
+    ]
     if rows:
         head = ("target", "rise", "culmination", "set", "")
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]

@@ -5,8 +5,10 @@ import os
 import socket
 import sys
 import threading
+import time
 
 import pytest
+from satellites import NO_DRAG, lines
 from telescope_bench import telescope
 
 from clockdrive import Telescope, simulators
@@ -32,6 +34,8 @@ REFUSED = [  # words, exit code, what the sentence says
     ("goto altaz:nan,45", 1, ["altaz:AZIMUTH,ALTITUDE"]),
     ("goto altaz:90,100", 1, ["100", "−90 to 90"]),
     ("goto altaz:180,5", 1, ["10.00° below", "15.00°"]),
+    ("goto Polaris", 1, ["below the horizon limit of 15.00°", "not be allowed within a day: choose another target"]),
+    ("goto Sun", 1, ["Sun: 0.0° from the Sun at arrival", "only with a filter in front of the whole aperture"]),
     ("goto hadec:175,80", 1, ["below the horizon limit of 15.00°"]),
     ("goto tle:FILE#ISS", 1, ["TLE file", "there is no such file", "check the path"]),
     ("passes nowhere.tle", 1, ["TLE file nowhere.tle", "there is no such file"]),
@@ -210,6 +214,22 @@ def test_a_clock_that_is_set_during_a_slew_is_told_with_step_bound_and_remedy(tm
     assert "was stepped by +2.4 s during the slew to hadec:1,-41" in told[0]
     assert "(bound 0.1 s): the telescope was or is aimed 36″ off" in told[0]
     assert "check the time service, then `goto` again" in told[0]
+
+
+def test_a_geostationary_satellite_below_the_horizon_is_refused_with_what_to_do(refused, written, tmp_path, capsys):
+    """On the other side of the Earth: one such orbit in four or five is seen from Kaikoura."""
+    epoch = time.strftime("%y%j.50000000", time.gmtime())
+    said = []
+    for node in (0.0, 120.0, 240.0):
+        path = tmp_path / "geo.tle"
+        orbit = lines(41866, 0.05, node, 0.0002, 90.0, 52.0, 1.00273, NO_DRAG, epoch)
+        path.write_text("\n".join(("GEO", *orbit)) + "\n", encoding="utf-8")
+        if main(["-c", written(SIM), "plan", f"tle:{path}", "--from", "8388608,8388608", "--json"]):
+            capsys.readouterr()
+            said.append(refused(written(SIM), f"plan tle:{path} --from 8388608,8388608", 1))
+    assert said
+    assert all("below the horizon limit" in text for text in said)
+    assert all("not be allowed within a day: choose another target" in text for text in said), said
 
 
 def test_a_file_that_is_not_there_is_refused(refused, tmp_path):

@@ -115,6 +115,7 @@ def test_a_table_is_searched_where_it_holds_something_and_the_note_says_so(run, 
     assert found["begun"]
     inside = run("ephem:rock.ecsv", "--at", "2026-11-24T09:30:00Z", "--hours", "1", "--json")
     assert not any("its table" in note for note in json.loads(inside[1])["notes"])
+    assert "1 pass (UTC" in run("ephem:rock.ecsv", "--at", "2026-11-24T09:30:00Z", "--hours", "1")[1]
     code, _, err = run("ephem:rock.ecsv", "--at", "2026-12-01T00:00:00Z")
     assert code == 1
     assert (
