@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
 from clockdrive.tc410_assembly import Difference, differences, registers, registers_of, registers_of_key
 from mounts.tc410.encoders import Encoders, fault, read_encoder
@@ -266,7 +266,8 @@ def _value(row: Register, text: str) -> float:
     """
     words = text.replace("−", "-").strip()
     try:
-        return float(int(words, 0)) if words.lower().startswith(("0x", "-0x")) else float(words)
+        number = float(int(words, 0)) if words.lower().startswith(("0x", "-0x")) else float(words)
+        return finite(f"{row.name} =", number, row.unit or "its unit")
     except ValueError:
         if not row.flags:
             raise InputError(f"{row.name} = {text!r}: give a number in {row.unit or 'its unit'}, or 0x…") from None

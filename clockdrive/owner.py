@@ -113,13 +113,13 @@ def attach(directory: Path, telescope: str) -> ControlClient | None:
 
 
 def unanswered(directory: Path, telescope: str) -> str:
-    """Say that the owner of a telescope lives but does not answer, and what to do; empty while it is only starting."""
+    """Say that the owner of a telescope lives but does not answer, and what to do; empty when it only begins."""
     info = owner(directory, telescope)
     if info is None or info.address is None:
         return ""
     return (
-        f"the telescope {info.name} ({info.telescope}) is owned by {info}, which does not answer: it is frozen. Let it "
-        f"go on with `kill -CONT {info.pid}` where it was suspended; else end it with `kill {info.pid}`, or "
+        f"the telescope {info.name} ({info.telescope}) is owned by {info}, which does not answer: it is frozen. Let "
+        f"it go on with `kill -CONT {info.pid}` where it was suspended; else end it with `kill {info.pid}`, or "
         f"`kill -9 {info.pid}`, and the next command makes the drive safe. What moves now is stopped by the drive's "
         "own switch"
     )

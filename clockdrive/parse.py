@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from clockdrive.errors import InputError
+from clockdrive.errors import InputError, TargetFormError
 from pointing import catalogue
-from pointing.errors import TargetError
 from pointing.targets import FixedAltAz, FixedHaDec, Star, Target
 
 MAX_DURATION_S = 366 * 86400.0
@@ -83,11 +82,11 @@ def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | 
     Raises
     ------
     TargetError
-        It is no target; the text says what is wrong with it.
+        It is no target; the text says what is wrong with it. `TargetFormError` where it is not written as one.
     """
     text = " ".join([words] if isinstance(words, str) else words).replace("−", "-").strip()
     if not text:
-        raise TargetError(f"no target: {_FORMS}")
+        raise TargetFormError(f"no target: {_FORMS}")
     if text.casefold() == "best":
         return Best()
     if prefix(text):
@@ -106,14 +105,14 @@ def place(text: str) -> Star:
 
     Raises
     ------
-    TargetError
+    TargetFormError
         It is no such place.
     """
     numbers = text.replace("−", "-").replace(",", " ").split()
     degrees = len(numbers) == 2 and all(re.fullmatch(_NUMBER, number, re.ASCII) for number in numbers)
     found = target(",".join(numbers) if degrees else text)
     if not isinstance(found, Star):
-        raise TargetError(
+        raise TargetFormError(
             f"{_short(text)} is no place of an image: give right ascension and declination, ICRS, as 83.633 22.0145 "
             "in degrees or 05:34:31.9 +22:00:52"
         )
@@ -145,7 +144,9 @@ def _sexagesimal(text: str) -> Star:
     _within("right ascension", ra, 0.0, 24.0 if hours else 360.0, "h" if hours else "°")
     dec, unit = _angle(text, second, "declination")
     if unit == "h":
-        raise TargetError(f"{_short(text)}: a declination is in degrees, not in hours; write 5h34m31.9s +22d00m52s")
+        raise TargetFormError(
+            f"{_short(text)}: a declination is in degrees, not in hours; write 5h34m31.9s +22d00m52s"
+        )
     return Star.from_degrees(ra * 15.0 if hours else ra, _within("declination", dec, -90.0, 90.0), text)
 
 
@@ -158,7 +159,7 @@ def _halves(text: str) -> tuple[str, str]:
         return joined[1], joined[2]
     split = signed[0] if len(signed) == 1 else len(words) // 2
     if len(words) < 2 or len(signed) > 1 or (not signed and len(words) % 2):
-        raise TargetError(f"{_short(text)} is no right ascension with a declination: {_FORMS}")
+        raise TargetFormError(f"{_short(text)} is no right ascension with a declination: {_FORMS}")
     return " ".join(words[:split]), " ".join(words[split:])
 
 
@@ -167,11 +168,11 @@ def _angle(text: str, half: str, what: str) -> tuple[float, str]:
     match = _ANGLE.fullmatch(half)
     if match is None or match["minutes"] is None or any("." in (match[n] or "") for n in _inner(match)):
         advice = "write 05:34:31.9 +22:00:52, or degrees as 83.633,22.0145"
-        raise TargetError(f"{_short(text)}: {what} {_short(half)} is no hours or degrees with minutes; {advice}")
+        raise TargetFormError(f"{_short(text)}: {what} {_short(half)} is no hours or degrees with minutes; {advice}")
     minutes, seconds = float(match["minutes"]), float(match["seconds"] or 0.0)
     for name, value in (("minutes", minutes), ("seconds", seconds)):
         if value >= 60.0:
-            raise TargetError(f"{what} {_short(half)}: {value:g} {name}; they are below 60: check the target")
+            raise TargetFormError(f"{what} {_short(half)}: {value:g} {name}; they are below 60: check the target")
     value = float(match["first"]) + minutes / 60.0 + seconds / 3600.0
     unit = {"h": "h", "d": "d", "°": "d"}.get((match["unit"] or "").lower(), "")
     return -value if match["sign"] == "-" else value, unit
@@ -188,7 +189,7 @@ def _fixed(
     def parse(text: str, rest: str) -> Target:
         pair = _PAIR.fullmatch(rest)
         if pair is None:
-            raise TargetError(
+            raise TargetFormError(
                 f"{_short(text)}: write {name}:{first.upper()},{second.upper()} in degrees, such as {name}:30,45"
             )
         one = _within(first, float(pair[1]), -360.0, 360.0)
@@ -216,7 +217,7 @@ def _table(text: str, rest: str) -> Target:
     from pointing.ephemeris_table import EphemerisTable  # noqa: PLC0415 - as above
 
     if not rest.strip():
-        raise TargetError(f"{_short(text)}: write ephem:FILE, an ECSV table")
+        raise TargetFormError(f"{_short(text)}: write ephem:FILE, an ECSV table")
     return EphemerisTable.from_file(_home(rest.strip()))
 
 
@@ -224,7 +225,7 @@ def _file(text: str, rest: str) -> tuple[str, str]:
     """FILE and NAME of FILE#NAME; a file of one body needs no name."""
     file, _, name = _split(rest, Path())
     if not file:
-        raise TargetError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
+        raise TargetFormError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
     return file, name
 
 
@@ -267,7 +268,7 @@ _PREFIXES: dict[str, Callable[[str, str], Target]] = {
 def _within(what: str, value: float, low: float, high: float, unit: str = "°") -> float:
     if not low <= value <= high:
         bounds = f"{low:g} to {high:g}".replace("-", "−")
-        raise TargetError(f"{what} {value:.10g}{unit}: allowed are {bounds}{unit}; check the target")
+        raise TargetFormError(f"{what} {value:.10g}{unit}: allowed are {bounds}{unit}; check the target")
     return value
 
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from clockdrive.control import Steps
-from clockdrive.errors import Refused
+from clockdrive.errors import ArgumentError, Refused
 from clockdrive.pursuit import Pursuit
 from clockdrive.session import MOVING, Session
 from clockdrive.state import Activity
@@ -227,7 +227,9 @@ class Slewing:
         session = self._session
         session.require_free()
         if not 0.0 < seconds <= _LONGEST_JOG_S:
-            raise Refused(f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways")
+            raise ArgumentError(
+                f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways"
+            )
         session.poll()
         start, timing = session.start(), session.timing()
         angles = list(session.planner.angles(start.counts))

@@ -97,9 +97,8 @@ def passes_text(answer: Mapping[str, Any]) -> str:
         )
         for each in answer["passes"]
     ]
-    lines = [
-        f"from {answer['after_utc']} to {answer['until_utc']}: {len(rows)} pass{'' if len(rows) == 1 else 'es'} (UTC, azimuth, altitude)"
-    ]
+    count = "1 pass" if len(rows) == 1 else f"{len(rows)} passes"
+    lines = [f"from {answer['after_utc']} to {answer['until_utc']}: {count} (UTC, azimuth, altitude)"]
     if rows:
         head = ("target", "rise", "culmination", "set", "")
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]

@@ -6,8 +6,10 @@ import math
 import pytest
 from telescope_bench import DEG_PER_COUNT, QUICK, T0, Witness, star_at, telescope
 
+from clockdrive import Telescope
+from clockdrive.clock import SystemClock, VirtualClock
 from clockdrive.clock_watch import ClockStep
-from clockdrive.errors import OwnedElsewhere, Refused, StateError
+from clockdrive.errors import InputError, OwnedElsewhere, Refused, StateError
 from mounts.errors import DriveError
 from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from pointing.errors import TargetError, Unreachable
@@ -436,14 +438,18 @@ def test_what_is_not_possible_is_refused_before_anything_moves(scope):
         (lambda: scope.goto("altaz:0,5"), Unreachable, "10.00° below the horizon limit"),
         (lambda: scope.goto("altaz:0,-5"), Unreachable, "20.00° below the horizon limit"),
         (lambda: scope.jog(3, 0.1, 1.0), Refused, "use 1 or 2"),
-        (lambda: scope.jog(1, math.nan, 1.0), Refused, "at up to ±"),
-        (lambda: scope.jog(1, math.inf, 1.0), Refused, "at up to ±"),
+        (lambda: scope.jog(1, math.nan, 1.0), Refused, "a jog at nan: give a finite"),
+        (lambda: scope.jog(1, math.inf, 1.0), Refused, "a jog at inf: give a finite"),
         (lambda: scope.jog(1, 99.0, 1.0), Refused, r"99°/s.*4\.\d+°/s"),
         (lambda: scope.jog(1, 0.1, -1.0), Refused, "-1 s: above 0"),
-        (lambda: scope.jog(1, 0.1, math.nan), Refused, "nan s: above 0"),
+        (lambda: scope.jog(1, 0.1, math.nan), Refused, "a jog for nan: give a finite"),
         (lambda: scope.jog(1, 1.0, 3600.0), Unreachable, "outside -169.96"),
-        (lambda: scope.offset(math.inf, 0.0), Refused, "at most ±3600″"),
-        (lambda: scope.offset(0.0, math.nan), Refused, "at most ±3600″"),
+        (lambda: scope.offset(math.inf, 0.0), Refused, "an offset of inf: give a finite number of arcseconds"),
+        (lambda: scope.offset("a", 1), Refused, "an offset of 'a': give a finite number of arcseconds"),
+        (lambda: scope.offset(0.0, math.nan), Refused, "an offset of nan: give a finite number"),
+        (lambda: scope.wait(math.nan), Refused, "a wait of nan: give a finite number of seconds"),
+        (lambda: scope.jog(1, "fast", 1.0), Refused, "a jog at 'fast': give a finite number of degrees"),
+        (lambda: scope.guide("n", None), Refused, "a guide pulse of None: give a finite number of millisec"),
         (lambda: scope.offset(4000.0, 0.0), Refused, "4000″: at most ±3600″"),
         (lambda: scope.clear("nonsense"), Refused, "there is none"),
         (lambda: scope.sync("altaz:75,50"), Refused, "more than 5°"),
@@ -514,3 +520,47 @@ def test_a_target_that_is_suddenly_far_away_is_not_crept_after(scope):
     status = scope.status()
     assert status["doing"] == "idle"
     assert "more than 2°" in status["trouble"]
+
+
+def test_a_closed_telescope_says_that_it_is_closed_whatever_is_asked_of_it(tmp_path):
+    for clock in (VirtualClock(T0), SystemClock()):
+        scope = Telescope.simulated(
+            clock=clock, overrides={"state.path": str(tmp_path), "limits.sun_avoidance_deg": 0.0}
+        )
+        assert scope.close() is False
+        asked = {
+            "plan": lambda scope=scope: scope.plan("hadec:1,-41"),
+            "goto": lambda scope=scope: scope.goto("hadec:1,-41"),
+            "jog": lambda scope=scope: scope.jog(1, 0.1, 1.0),
+            "drive_at": lambda scope=scope: scope.drive_at(0.1, 0.0, 1.0),
+            "park": scope.park, "unpark": scope.unpark, "home": scope.home, "flip": scope.flip, "stop": scope.stop,
+            "wait": lambda scope=scope: scope.wait(1.0),
+            "rates": lambda scope=scope: scope.rates("hadec:1,-41"),
+            "passes": lambda scope=scope: scope.passes("Canopus"),
+            "status": scope.status, "events": scope.events, "registers": scope.registers, "header": scope.header,
+            "sync": lambda scope=scope: scope.sync("hadec:1,-41"),
+            "offset": lambda scope=scope: scope.offset(1.0, 0.0),
+            "guide": lambda scope=scope: scope.guide("n", 100),
+            "centre": lambda scope=scope: scope.centre("83.6 22.0"),
+            "instrument": scope.instrument,
+            "clear": lambda scope=scope: scope.clear("offset"),
+            "power": lambda scope=scope: scope.power(on=True),
+            "commission": scope.commission,
+            "drive.show": scope.drive.show, "drive.diff": scope.drive.diff,
+        }  # fmt: skip
+        for name, ask in asked.items():
+            with pytest.raises(Refused, match="the telescope is closed; open it again"):
+                pytest.fail(f"{name} answered {ask()!r}")
+        assert scope.close() is False
+
+
+def test_passes_and_header_are_those_of_the_commands(scope, tmp_path):
+    found = scope.passes("Canopus", hours=12.0, above_deg=20.0)
+    assert found["ok"]
+    assert found["passes"][0]["rise"]["altitude_deg"] >= 19.9
+    assert scope.passes(star_at(scope, 90.0, 50.0), 1.0)["passes"]
+    with pytest.raises(InputError, match="more than 0 up to"):
+        scope.passes("Canopus", hours=0.0)
+    header = scope.header()
+    assert header["RADESYS"] == "ICRS"
+    assert header["RA"] == pytest.approx(scope.status()["icrs"]["ra_deg"], abs=0.1)
