@@ -554,7 +554,7 @@ def test_a_closed_telescope_says_that_it_is_closed_whatever_is_asked_of_it(tmp_p
         assert scope.close() is False
 
 
-def test_passes_and_header_are_those_of_the_commands(scope, tmp_path):
+def test_passes_and_header_are_those_of_the_commands(scope):
     found = scope.passes("Canopus", hours=12.0, above_deg=20.0)
     assert found["ok"]
     assert found["passes"][0]["rise"]["altitude_deg"] >= 19.9
