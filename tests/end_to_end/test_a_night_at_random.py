@@ -30,7 +30,7 @@ MOVING = by_name("velocity_control").mask("tracking") | by_name("velocity_contro
 NAMED = re.compile(
     r"altitude .*horizon|° from the Sun|soft limit|outside −?[\d.]+° to|outside -?[\d.]+° to|hour angle|axis \d goes|"
     r"runs away|faster than the drive|tracks at|none is tracked|nothing is|parked|not up yet|too fast to be left|"
-    r"telescope is (slewing|jogging)|stopped by command|before it would lead out|led out|at most ±|beyond|"
+    r"telescope is (slewing|jogging|waiting)|stopped by command|before it would lead out|led out|at most ±|beyond|"
     r"safe from the Sun|the horizon or the Sun bars"
 )
 
