@@ -66,7 +66,7 @@ def test_both_axes_go_at_their_speeds_and_end_at_rest(scope):
     ("speeds", "seconds", "reason"),
     [
         ((9.0, 0.0), 5.0, "axis 1 goes up to ±4.5"),
-        ((0.0, float("nan")), 5.0, "axis 2 goes up to"),
+        ((0.0, float("nan")), 5.0, "a speed of nan: give a finite number of degrees"),
         ((0.0, 0.0), 5.0, "moves nothing"),
         ((0.1, 0.0), 0.0, "above 0 up to 600"),
         ((0.1, 0.0), 1e9, "above 0 up to 600"),

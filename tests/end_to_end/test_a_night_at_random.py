@@ -45,7 +45,7 @@ STATES = (
     "in the other posture, and none is tracked: `goto` one first",
     "too fast to be left for a flip",
     "the telescope is parked; `unpark` first",
-    r"the telescope is (?:slewing|jogging); wait for it, or `stop` first",
+    r"the telescope is (?:slewing|jogging|waiting); wait for it, or `stop` first",
     "stopped by command",
 )
 NAMED = re.compile("|".join((*LIMITS, *STATES)))
