@@ -1,5 +1,6 @@
 """How much of a term there is at a place: a product of sines, cosines, tangents and powers of the place's angles."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
@@ -7,6 +8,7 @@ from functools import reduce
 from pointing.model.functions import Real
 from pointing.model.place import Angle, Place
 
+_HORIZON = math.cos(math.radians(89.0))  # least cosine of a tangent
 _STEP = 1e-5  # rad, of the central differences by which a user's function is differentiated: error 1e-10 of it
 
 
@@ -17,7 +19,8 @@ class Factor:
     Parameters
     ----------
     function : {"S", "C", "T", "P"}
-        Sine, cosine, tangent; P is the power.
+        Sine, cosine, tangent; P is the power. The tangent is sin/cos with a cosine not below that of 89°: beyond it,
+        and below a horizon, it is 57.3 times the sine.
     letter : str
         The angle: H, D, A, E, Z or Q.
     number : int
@@ -47,8 +50,10 @@ class Factor:
         elif self.function == "C":
             value, slope = f.cos(n * angle), -n * f.sin(n * angle)
         else:
-            value = f.sin(n * angle) / f.cos(n * angle)
-            slope = n * (1.0 + value * value)
+            sine, cosine = f.sin(n * angle), f.cos(n * angle)
+            held = f.at_least(cosine, _HORIZON)
+            value = sine / held
+            slope = n * (cosine / held + value * value * (cosine > _HORIZON))
         return value, slope * by_lon, slope * by_lat
 
 
