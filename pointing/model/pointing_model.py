@@ -8,6 +8,10 @@ amount is undone in closed form; for one whose amount changes over the sky the a
 `telescope` returns is the star, within 1e-6″, in both postures. About a pole of axis 1, or of a term's own function,
 two places of the telescope may point on one star, or none.
 
+Index errors, collimation, non-perpendicularity and tilt are a rigid mount exactly as long as collimation or
+non-perpendicularity is zero. With both, the latter turns about the horizontal point of the collimated place and not of
+the tube: the place is CA · NPAE · sec E higher than a rigid mount's, 0.2″ at 80° for 120″ and 60″.
+
 Coordinates are mechanical: a star seen beyond the pole has lon + 180° and lat 180° − lat (−180° − lat for a southern
 equatorial mount).
 """
@@ -20,7 +24,7 @@ from functools import cached_property
 from pointing.errors import PointingError, Unreachable
 from pointing.model.functions import Real
 from pointing.model.place import Frame, MountKind, Place
-from pointing.model.terms import Term, terms
+from pointing.model.terms import Term, refuse_twice, terms
 from pointing.model.undo import undone
 
 
@@ -60,7 +64,7 @@ class PointingModel:
     Raises
     ------
     PointingError
-        The terms are not for this mount, or a coefficient is no number.
+        The terms are not for this mount, one stands twice, or a coefficient is no number.
     """
 
     kind: MountKind
@@ -74,6 +78,7 @@ class PointingModel:
             raise PointingError(f"{len(self.terms)} pointing terms with {len(self.coefficients)} coefficients")
         if not abs(self.latitude) <= math.pi / 2:
             raise PointingError(f"latitude {math.degrees(self.latitude):g}°: possible are −90° to 90°")
+        refuse_twice(self.terms)
         for each, coefficient in zip(self.terms, self.coefficients, strict=True):
             if self.kind not in each.mounts:
                 raise PointingError(f"the pointing term {each.name} is not for an {self.kind} mount")
