@@ -8,9 +8,9 @@ amount is undone in closed form; for one whose amount changes over the sky the a
 `telescope` returns is the star, within 1e-6″, in both postures. About a pole of axis 1, or of a term's own function,
 two places of the telescope may point on one star, or none.
 
-Index errors, collimation, non-perpendicularity and tilt are a rigid mount exactly as long as collimation or
-non-perpendicularity is zero. With both, the latter turns about the horizontal point of the collimated place and not of
-the tube: the place is CA · NPAE · sec E higher than a rigid mount's, 0.2″ at 80° for 120″ and 60″.
+Index errors, collimation, non-perpendicularity and tilt are a rigid mount exactly, as long as collimation or
+non-perpendicularity is zero. With both, the latter turns about the horizontal point of the collimated place and not
+of the tube: the place is CA · NPAE · sec E higher than a rigid mount's, 0.2″ at 80° for 120″ and 60″.
 
 Coordinates are mechanical: a star seen beyond the pole has lon + 180° and lat 180° − lat (−180° − lat for a southern
 equatorial mount).
