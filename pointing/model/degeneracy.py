@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _PLACES = 90  # in each posture
 _LOWEST, _HIGHEST = math.radians(5.0), math.radians(87.0)  # elevations
 _SAME = 1e-9  # of an effect; what is left of it beside the others' when it is a combination of them
-_TOLD_APART = 0.1  # share of a term in the unseen combination below which it is not to blame
+_TOLD_APART = 0.1  # share of a term in the unseen combinations below which it is not to blame
 
 
 def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
@@ -37,8 +37,6 @@ def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
     if found is None:
         return
     term, others = found
-    if not others:
-        raise PointingError(f"{term.name} has no effect anywhere on the sky: leave it out")
     like = " and ".join(_multiple(factor, other.name) for other, factor in others)
     names = ", ".join([*(other.name for other, _ in others), term.name])
     raise PointingError(
@@ -49,12 +47,11 @@ def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
 
 def combination(terms: Sequence[Term], frame: Frame) -> tuple[Term, tuple[tuple[Term, float], ...]] | None:
     """Return the first term that is a combination of those before it, and the factors of these; None without one."""
+    terms = [term for term in terms if _effect(term, frame).any()]  # without effect here: the run will tell
     if not terms:
         return None
     effects = np.stack([_effect(term, frame) for term in terms], axis=1)
     sizes = np.linalg.norm(effects, axis=0)
-    if not sizes.all():
-        return terms[int(np.argmin(sizes))], ()
     triangle = np.asarray(np.linalg.qr(effects / sizes, mode="r"))
     left = np.flatnonzero(np.abs(np.diag(triangle)) < _SAME)
     if not left.size:
@@ -76,7 +73,7 @@ def refuse_inseparable(terms: Sequence[Term], shares: Array, n: int) -> None:
     terms : sequence of Term
         The free terms.
     shares : (k,) array
-        Of each in the combination that the run does not see.
+        Of each in the combinations that the run does not see.
     n : int
         Observations.
 
