@@ -5,6 +5,8 @@ A coefficient is *added to the telescope's (encoder) position to obtain the star
 equatorial  Δh, Δδ: IH, ID added; CH sec δ; NP tan δ; MA (−cos h tan δ, sin h); ME (sin h tan δ, cos h); ΔZ = TF sin Z
 altazimuth  ΔA, ΔE: −IA, IE; −CA sec E; −NPAE tan E; AN (−sin A tan E, −cos A); AW (−cos A tan E, sin A)
 
+tan Z of TX is sin Z / cos Z with a cosine not below that of 89°: below 1° of elevation TX goes on as a flexure.
+
 A generic harmonic is `H r f c [n] [f c [n]]`, a polynomial `P r c [n] [c [n]]`: r the result (see
 `pointing.model.results`), f S or C, c one of H, D, A, E, Z, Q, n the multiple or the power, up to 99.
 `pointing.model.own_term` makes a term of a function that none of these has.

@@ -215,8 +215,8 @@ def test_the_telescope_follows_a_moving_star_with_the_rates_of_its_own_path(kind
         place, rates = model.telescope_and_rates(lon, lat, lon_rate, lat_rate)
         assert place == pytest.approx(telescope(0.0), abs=1e-15)
         worst = max(worst, np.max(np.abs(richardson(telescope, 0.0) - rates)))
-    print(f"{kind}: {worst:.1e} of a radian a second")
-    assert worst < 1e-9
+    print(f"{kind}: {worst:.1e} rad/s at 0.7 rad/s")
+    assert worst < 1e-8 * 0.7  # what is promised of every rate
 
 
 @pytest.mark.parametrize("name", ["HF", "DNP", "DAF", "TF"])
