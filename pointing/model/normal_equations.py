@@ -40,7 +40,7 @@ class NormalEquations:
 
     def added(self, residual: Array, design: Array, weight: Array) -> "NormalEquations":
         """Return them with more observations: residual (2, n), design (2, n, k), weight (n,)."""
-        flat = design.reshape(residual.size, -1) if design.size else np.empty((residual.size, 0))
+        flat = design.reshape(residual.size, design.shape[-1])
         weights = np.concatenate((weight, weight))
         weighted = flat * weights[:, None]
         r = residual.ravel()
