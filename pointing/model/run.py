@@ -76,6 +76,9 @@ class PointingRun:
         As the run tells; NaN where it does not.
     refraction_applied : bool
         The star's places are those in which it is seen through the air.
+    places : str
+        Frame in which the file's right ascensions were read (`pointing.model.equatorial_places`); empty where there
+        were none.
     options : tuple of str
         The file's options with their arguments, in order.
 
@@ -105,6 +108,7 @@ class PointingRun:
     height_m: float = math.nan
     lapse_k_m: float = math.nan
     refraction_applied: bool = True
+    places: str = ""
     options: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -121,8 +125,9 @@ class PointingRun:
         for name, (default, kind) in _DEFAULTS.items():
             given = np.asarray(getattr(self, name))
             self._set(name, _column(name, given if given.size else np.full(n, default), n, kind))
-        if not np.all(self.weight >= 0.0):
-            raise PointingError(f"weight {float(np.min(self.weight)):g}; possible are numbers from 0")
+        bad = self.weight[~((self.weight >= 0.0) & (self.weight < math.inf))]
+        if bad.size:
+            raise PointingError(f"weight {bad[0]:g}; possible are numbers from 0")
         auxiliary = np.array(self.auxiliary, float).reshape(n, -1) if np.size(self.auxiliary) else np.empty((n, 0))
         self._set("auxiliary", auxiliary)
 
