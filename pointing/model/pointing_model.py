@@ -131,29 +131,35 @@ class PointingModel:
     def star_and_jacobian(self, lon: Real, lat: Real) -> tuple[Real, Real, Jacobian]:
         """As `star`, with the derivatives, from one pass to the star and one back over the terms."""
         steps = []
+        place = Place(self.frame, lon, lat)
         for i, each, coefficient in self._sequence:
-            place = Place(self.frame, lon, lat)
             unit, by_lon, by_lat = each.amount(place)
             step = each.moves.forward(place, coefficient * unit)
-            lon, lat = step.lon, step.lat
-            cosine = place.functions.cos(lat)
-            amount1, amount2 = cosine * step.lon_amount, step.lat_amount
-            steps.append(
-                (
-                    i,
-                    (amount1 * unit, amount2 * unit),
-                    (cosine * step.lon_lon + amount1 * coefficient * by_lon) / place.cos_lat,
-                    cosine * step.lon_lat + amount1 * coefficient * by_lat,
-                    (step.lat_lon + amount2 * coefficient * by_lon) / place.cos_lat,
-                    step.lat_lat + amount2 * coefficient * by_lat,
+            after = Place(self.frame, step.lon, step.lat) if coefficient else place
+            amount1, amount2 = after.cos_lat * step.lon_amount, step.lat_amount
+            along = None  # as where nothing is moved
+            if coefficient:
+                lon_lon, lon_lat, lat_lon, lat_lat = step.lon_lon, step.lon_lat, step.lat_lon, step.lat_lat
+                if each.factors:
+                    pull = coefficient * by_lon, coefficient * by_lat
+                    lon_lon, lon_lat = lon_lon + step.lon_amount * pull[0], lon_lat + step.lon_amount * pull[1]
+                    lat_lon, lat_lat = lat_lon + step.lat_amount * pull[0], lat_lat + step.lat_amount * pull[1]
+                along = (
+                    after.cos_lat * lon_lon / place.cos_lat,
+                    after.cos_lat * lon_lat,
+                    lat_lon / place.cos_lat,
+                    lat_lat,
                 )
-            )
+            steps.append((i, (amount1 * unit, amount2 * unit), along))
+            place = after
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
         by_coefficient: list[tuple[Real, Real]] = [(0.0, 0.0)] * len(steps)
-        for i, (p, q), e, f, g, h in reversed(steps):
+        for i, (p, q), along in reversed(steps):
             by_coefficient[i] = (a * p + b * q, c * p + d * q)
-            a, b, c, d = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
-        return lon, lat, Jacobian((a, b, c, d), tuple(by_coefficient))
+            if along is not None:
+                e, f, g, h = along
+                a, b, c, d = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+        return place.lon, place.lat, Jacobian((a, b, c, d), tuple(by_coefficient))
 
     def telescope(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates at which the telescope points on a star: the inverse of `star`.
