@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from mounts.drive import Reading
+from pointing.limits import Check
 from pointing.planner import Planner
 from pointing.slew import SlewModel
 
@@ -38,7 +39,9 @@ class Guard:
         self._was_clear = False
         self._known_limits: set[str] = set()
 
-    def why_stop(self, reading: Reading, doing: str, ahead: Sequence[tuple[float, float]] = ()) -> str:
+    def why_stop(
+        self, reading: Reading, doing: str, rests: tuple[float, float] | None = None, barred: Sequence[Check] = ()
+    ) -> str:
         """The reason to stop, with its bound and what to do; empty when there is none.
 
         Parameters
@@ -47,8 +50,10 @@ class Guard:
             What the drive says.
         doing : str
             "at rest", "tracking", or a slew, whose path was checked before it began.
-        ahead : sequence of tuple of float
-            Counts that must be allowed as well for the motion to go on: where it would come to rest, its way.
+        rests : tuple of float, optional
+            Counts at which the axes would come to rest, which must be allowed as well for the motion to go on.
+        barred : sequence of Check
+            What else is known to forbid it.
         """
         counts = reading.counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
@@ -63,11 +68,8 @@ class Guard:
             return why
         if broken:
             return f"{broken}; `goto` or `park` leads away from there" if was_clear or doing == "tracking" else ""
-        return next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
-
-    def _why_ahead(self, counts: tuple[float, float], time: float) -> str:
-        checks = self._planner.standing(self._planner.angles(counts), time)
-        broken = "; ".join(check.detail for check in checks if not check.ok)
+        there = () if rests is None else self._planner.standing(self._planner.angles(rests), reading.time)
+        broken = "; ".join(check.detail for check in (*there, *barred) if not check.ok)
         return f"stopped before it would lead out of what is allowed: {broken}" if broken else ""
 
 

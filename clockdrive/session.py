@@ -34,7 +34,6 @@ _AT_REST = frozenset({"idle", "parked"})
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
-_LOOKS = 6  # along the way that a stop may take
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
@@ -206,32 +205,15 @@ class Session:
 
     def _guarded(self, reading: Reading) -> None:
         doing = "at rest" if self.doing in _AT_REST else self.doing
-        why = self.guard.why_stop(reading, doing, self._places_ahead(reading))
+        pursuit = self.pursuit
+        tracked = pursuit is not None and not pursuit.led
+        rests = rests_at(reading, self.drive.slew_models, self._period) if tracked else None
+        barred = pursuit.barred(reading) if pursuit is not None else ()
+        why = self.guard.why_stop(reading, doing, rests, barred)
         if not why and doing == "at rest" and reading.tracking:
             why = "the drive tracks, but nothing is followed; it was stopped"
         if why:
             self.halt(why)
-
-    def _places_ahead(self, reading: Reading) -> tuple[tuple[float, float], ...]:
-        """Counts that must be allowed for a pursuit to go on.
-
-        On the target they are those where the axes would come to rest. On the way to it, which turns by itself in
-        time, they are those of the whole way: one that leads to a limit is not begun.
-        """
-        pursuit, leading = self.pursuit, self.drive.leading
-        if pursuit is None:
-            return ()
-        if leading is None or pursuit.is_joined(reading.time):
-            return (rests_at(reading, self.drive.slew_models, self._period),)
-        rates = zip(reading.axes, leading.ramps, strict=False)
-        stop_s = max(abs(axis.rate) / ramps.acceleration for axis, ramps in rates)
-        begin = reading.time + 2.0 * self._period
-        way_s = max(stop_s, pursuit.rejoined(begin) - begin)
-        looks = {span * k / _LOOKS for span in (stop_s, way_s) for k in range(_LOOKS + 1)}
-        with suppress(PointingError):  # it has no place by then: `follow` stops there and says why
-            ways = [pursuit.at(begin + seconds) for seconds in sorted(looks)]
-            return tuple((one, two) for (one, _), (two, _) in ways)
-        return ()
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""

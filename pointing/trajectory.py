@@ -126,8 +126,22 @@ class Trajectory:
         return not waiting and not any(bridge.begin <= time < bridge.end for bridge in self.bridges)
 
     def rejoined(self, time: float) -> float:
-        """When both axes are on the target again, POSIX seconds; the time itself where they are."""
-        return max((each.end for each in self.bridges if each.begin <= time < each.end), default=time)
+        """When both axes are on the target again, POSIX seconds; the time itself where they are.
+
+        A bridge that an axis begins while the other one is on its own belongs to the same gap.
+        """
+        self.extend(time)
+        while ends := [each.end for each in self.bridges if each.begin <= time < each.end]:
+            time = max(ends)
+            self.extend(time)
+        return time
+
+    def left(self, time: float) -> float | None:
+        """When the gap began in which a time is, POSIX seconds; None where both axes are on the target then."""
+        begun = None
+        while begins := [each.begin for each in self.bridges if each.begin < time <= each.end]:
+            begun = time = min(begins)
+        return begun
 
     @property
     def joined(self) -> float:
