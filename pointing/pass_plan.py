@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from pointing.geometry import Geometry
+from pointing.keyhole import lost
 from pointing.limits import Check
 from pointing.mount import POSTURES, Posture
 from pointing.next_limit import next_limit
@@ -41,7 +42,7 @@ class PassPlan:
     limit : Check, optional
         What forbids to follow it any further; none within two hours.
     lost : tuple of (begin, end)
-        When the drive is too slow for it, POSIX seconds.
+        When the drive is too slow for it and the telescope more than 5″ off, POSIX seconds.
     trajectory : Trajectory
         The way itself.
     """
@@ -108,5 +109,5 @@ def planned_pass(trajectory: Trajectory, reachable: float, wait: tuple[float, fl
     begin = max(joined, reachable) if math.isfinite(joined) else reachable
     found = next_limit(trajectory, begin, LONGEST_PASS_S)
     ends, limit = found or (begin + LONGEST_PASS_S, None)
-    gaps = trajectory.lost(ends)
+    gaps = lost(trajectory, ends)
     return PassPlan(target.name, reachable, trajectory.posture, wait, begin, ends, limit, gaps, trajectory)

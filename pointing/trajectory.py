@@ -157,8 +157,8 @@ class Trajectory:
             found[bridge.axis] += map(self.geometry.axes[bridge.axis].gearing.angle, bridge.motion.extremes)
         return (min(found[0]), max(found[0])), (min(found[1]), max(found[1]))
 
-    def lost(self, until: float) -> tuple[tuple[float, float], ...]:
-        """When an axis is off the target again, after both had joined it and before `until`: (begin, end) each."""
+    def gaps(self, until: float) -> tuple[tuple[float, float], ...]:
+        """When an axis is on a bridge, after both had joined the target and before `until`: (begin, end) each."""
         self.extend(until)
         gaps: list[tuple[float, float]] = []
         for bridge in sorted(self.bridges, key=lambda each: each.begin):

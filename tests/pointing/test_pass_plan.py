@@ -1,4 +1,4 @@
-"""The plan of a pass: when it is over, by the rule by which the telescope is stopped."""
+"""The plan of a pass: what is lost, and when it is over, by the rule by which the telescope is stopped."""
 
 import math
 from dataclasses import replace
@@ -7,6 +7,7 @@ import pytest
 from orbit import Overhead
 from planning_bench import COUNTS_PER_DEGREE, MIDNIGHT, planner
 
+from pointing.instant import Instant
 from pointing.mount import MountType
 from pointing.pass_plan import pass_plan, planned_pass
 from pointing.plan import Leading, Start
@@ -16,6 +17,7 @@ from pointing.trajectory import Trajectory
 SPEED, RAMP, PERIOD = 4.0, 0.9, 0.1  # degrees a second, and a second each second; seconds between two looks
 AXIS = Ramps(SPEED * COUNTS_PER_DEGREE, RAMP * COUNTS_PER_DEGREE)
 LEADING = Leading((AXIS, AXIS), 0.5, PERIOD)
+ARCSEC = math.pi / 648_000.0
 ZENITH = Overhead(MIDNIGHT + 400.0, 1.1, math.radians(0.05))
 
 
@@ -42,11 +44,33 @@ def cut_short(found, edge, *, above):
     return planned_pass(way, found.reachable, found.wait)
 
 
+def off_arcsec(geometry, found, time):
+    """Angle between two unit vectors by their difference."""
+    (one, _), (two, _) = found.trajectory.angles(time)
+    there = geometry.mount.observed(one, two), ZENITH.observed(geometry.sky.at(Instant.from_posix(time)))
+    return 2.0 * math.asin(math.dist(*there) / 2.0) / ARCSEC
+
+
+def test_what_is_lost_is_what_is_more_than_five_arcseconds_off():
+    geometry = subject()
+    found = best_pass(geometry, ZENITH)
+    ((left, joined),) = found.trajectory.gaps(found.ends)
+    step = 0.01
+    times = [left - 1.0 + step * k for k in range(round((joined - left + 2.0) / step))]
+    off = [time for time in times if off_arcsec(geometry, found, time) > 5.0]
+    ((begin, end),) = found.lost
+    print(f"on a bridge for {joined - left:.2f} s, off for {len(off) * step:.2f} s, told {found.lost_s:.2f} s")
+    assert begin == pytest.approx(off[0], abs=step)
+    assert end == pytest.approx(off[-1], abs=step)
+    assert found.lost_s == pytest.approx(len(off) * step, abs=2.0 * step)
+    assert left < begin < end < joined
+
+
 @pytest.mark.parametrize("short_deg", [0.5, 30.0, 120.0])
 def test_a_bridge_that_leads_to_a_limit_ends_the_pass_where_it_would_begin(short_deg):
     """Anywhere on the way of axis 1 round the zenith, and for however short a stretch."""
     found = best_pass(subject(), ZENITH)
-    ((begin, end),) = found.trajectory.lost(found.ends)
+    ((begin, end),) = found.trajectory.gaps(found.ends)
     way = [found.trajectory.angles(begin + (end - begin) * k / 400)[0][0] for k in range(401)]
     up = way[-1] > way[0]
     farthest = max(way) if up else min(way)
@@ -61,7 +85,7 @@ def test_a_bridge_that_leads_to_a_limit_ends_the_pass_where_it_would_begin(short
 def test_a_pass_is_over_when_the_axes_would_not_come_to_rest_within_the_limits():
     """Braking integrated in steps of a millisecond from the look after the next, against the plan."""
     found = best_pass(subject(), ZENITH)
-    ((begin, _),) = found.trajectory.lost(found.ends)
+    ((begin, _),) = found.trajectory.gaps(found.ends)
     here, there = (found.trajectory.angles(begin - ahead)[0][0] for ahead in (60.0, 2.0))
     up = there > here
     cut = cut_short(found, there, above=up)
