@@ -147,10 +147,30 @@ def test_a_satellite_is_followed_outside_the_keyhole_and_lost_in_it_as_predicted
         assert abs(off[-1] - seen.lost[-1][1]) <= slack
 
 
+@pytest.fixture
+def trees(tmp_path):
+    """A horizon of trees."""
+    path = tmp_path / "trees.csv"
+    path.write_text("azimuth_deg,altitude_deg\n0,12\n70,25\n130,10\n200,30\n290,15\n", encoding="utf-8")
+    return str(path)
+
+
+def test_the_place_where_a_pass_is_waited_for_is_gone_to_round_the_trees(trees, tmp_path):
+    with telescope(tmp_path / "state", mount__type="altaz-fork", limits__horizon=trees) as scope:
+        target = Overhead(scope.clock.now() + 460.0, 5.73, 0.0, 1800.0)
+        wait = scope.plan(target)["pass"]["wait"]
+        angles = math.radians(wait["axis1"]["angle_deg"]), math.radians(wait["axis2"]["angle_deg"])
+        session = scope._session
+        with pytest.raises(Unreachable, match="below the horizon limit"):
+            session.planner.plan_axes("straight", angles, session.start(), session.timing())
+        assert scope.goto(target)["slews"] == 1
+        assert session.doing == "tracking"
+
+
 @pytest.mark.campaign
 @pytest.mark.timeout(36000)
 @pytest.mark.parametrize("part", range(4))
-def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
+def test_random_passes_cross_no_limit_and_lose_what_was_planned(trees, tmp_path, part):
     """1000 of them in full: heights 300 to 2000 km, any direction, all mounts, with a horizon of trees.
 
     Lost is what the plan says it counts: the time in which the tube, by the unit's own positions, looks more than 5″
@@ -159,14 +179,12 @@ def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
     stops when the plan says so is measured by itself. It never stops on a bridge: one that leads to a limit is not
     begun, and the plan ends there.
     """
-    trees = tmp_path / "trees.csv"
-    trees.write_text("azimuth_deg,altitude_deg\n0,12\n70,25\n130,10\n200,30\n290,15\n", encoding="utf-8")
     followed, refusals, wrong = 0, [], []
     worst_lost = worst_end = worst = 0.0
     for k in PASSES[part::4]:
         kind = KINDS[k % len(KINDS)]
         chance = random.Random(k)  # noqa: S311 - nothing secret
-        with telescope(tmp_path / str(k), mount__type=kind, limits__horizon=str(trees)) as scope:
+        with telescope(tmp_path / str(k), mount__type=kind, limits__horizon=trees) as scope:
             target = Overhead(
                 scope.clock.now() + 500.0,
                 chance.uniform(0.0, math.tau),
