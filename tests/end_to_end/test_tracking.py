@@ -109,6 +109,10 @@ class Pass:
         """Whether the true axes are within every limit: of each axis to the count, of horizon and Sun."""
         return all(check.ok for check in planner.standing(angles, time))
 
+    def late(self, planned):
+        """Seconds from the end that a plan told to the real one."""
+        return self.ended - datetime.fromisoformat(planned["pass"]["ends_utc"]).timestamp()
+
     def near_a_gap(self, time, margin):
         return any(begin - margin <= time <= end + margin for begin, end in self.lost)
 
@@ -136,9 +140,11 @@ def test_a_satellite_is_followed_outside_the_keyhole_and_lost_in_it_as_predicted
     told = [(round(gap["seconds"], 2)) for gap in ahead["pass"]["lost"]]
     print(
         f"{kind}, {baud or 'no'} baud, {miss_deg}°: RMS {rms:.2f}″, worst {worst:.2f}″ outside the keyhole {gaps}, "
-        f"planned {told} s; arrival {seen.arrival['arrival_error_arcsec']:.1f}″ off; {seen.trouble}"
+        f"planned {told} s; over {seen.late(ahead):+.2f} s after the plan's end; "
+        f"arrival {seen.arrival['arrival_error_arcsec']:.1f}″ off; {seen.trouble}"
     )
     assert seen.left == 0
+    assert abs(seen.late(ahead)) <= 1.0
     assert len(told) == len(gaps)
     slack = 3.0 if baud else 1.0  # at 9600 baud three commands a second, in place of ten
     assert baud or worst <= 5.0
@@ -199,7 +205,7 @@ def test_random_passes_cross_no_limit_and_lose_what_was_planned(trees, tmp_path,
                 continue
         followed += 1
         told = planned["pass"]["lost_s"]
-        late = seen.ended - datetime.fromisoformat(planned["pass"]["ends_utc"]).timestamp()
+        late = seen.late(planned)
         off = sum(0.173 for time, error in seen.errors if time > seen.joined + 2.0 and error > OFF_ARCSEC)
         outside = [e for t, e in seen.errors if t > seen.joined + 2.0 and not seen.near_a_gap(t, 1.5)]
         worst_lost = max(worst_lost, abs(off - told) if seen.lost or told else 0.0)
