@@ -76,6 +76,9 @@ class PointingRun:
         As the run tells; NaN where it does not.
     refraction_applied : bool
         The star's places are those in which it is seen through the air.
+    places : str
+        Frame in which the file's right ascensions were read (`pointing.model.equatorial_places`); empty where there
+        were none.
     options : tuple of str
         The file's options with their arguments, in order.
 
@@ -105,6 +108,7 @@ class PointingRun:
     height_m: float = math.nan
     lapse_k_m: float = math.nan
     refraction_applied: bool = True
+    places: str = ""
     options: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

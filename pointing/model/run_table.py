@@ -4,7 +4,7 @@ Star and telescope are `hour_angle`, `declination`, `telescope_hour_angle`, `tel
 mount, `azimuth`, `elevation` and likewise of an altazimuth one (`altitude` serves as well), in any unit of angle.
 Optional columns: `weight`, `kept` (bool), `time` (astropy's `Time`, or POSIX seconds), `sidereal_time` and `rotator`
 (angles), `auxiliary_1`, `auxiliary_2`, …, `line`. Meta data: `latitude_deg`, which is needed; `caption`, `source`,
-`date` (ISO), `height_m`, `lapse_k_m`, `refraction_applied`, `options`, and `weather` with the fields of
+`date` (ISO), `height_m`, `lapse_k_m`, `refraction_applied`, `places`, `options`, and `weather` with the fields of
 `pointing.site.Weather`. Rows are counted from 1.
 """
 
@@ -26,7 +26,7 @@ from pointing.site import Weather
 _TELESCOPE = "telescope_"
 _ALIASES = {"altitude": "elevation", "telescope_altitude": "telescope_elevation"}
 _AUXILIARY = "auxiliary_"
-_TEXTS = ("caption", "source")
+_TEXTS = ("caption", "source", "places")
 _NUMBERS = ("height_m", "lapse_k_m")
 
 
@@ -129,11 +129,12 @@ def _plain(name: str, columns: dict[str, Any], key: str, kind: type) -> NDArray[
         given: np.ma.MaskedArray[Any, Any] = np.ma.asarray(getattr(column, "value", column))
         if kind is float:
             return np.ma.filled(given.astype(float), math.nan)
-        if np.ma.getmaskarray(given).any():
-            raise ValueError("a value is missing")  # noqa: TRY301 - ends in the same sentence as one that is wrong
-        return np.asarray(given).astype(kind, casting="same_kind" if given.dtype.kind != "U" else "unsafe")
+        values: NDArray[Any] = np.asarray(given).astype(kind)
+        if np.ma.getmaskarray(given).any() or not np.all(values == given):
+            raise ValueError("a value is missing or another")  # noqa: TRY301 - ends in the same sentence
     except (TypeError, ValueError) as error:
         raise PointingError(f"{name}: column {key}: {error}; give every row a {kind.__name__}") from None
+    return values
 
 
 def _time(name: str, column: Any) -> Array:  # noqa: ANN401 - astropy's Time, or seconds
