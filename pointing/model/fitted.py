@@ -20,6 +20,7 @@ from pointing.model.functions import Real
 from pointing.model.normal_equations import NormalEquations
 from pointing.model.outliers import Outlier
 from pointing.model.pointing_model import PointingModel
+from pointing.model.prediction import Prediction
 from pointing.model.run import PointingRun
 
 if TYPE_CHECKING:
@@ -163,25 +164,27 @@ class Fit:
             found[2, block.where] = np.sum((up @ self.equations.inverse) * up, axis=1)
         return found
 
-    def predicted_sigma(self, lon: Real, lat: Real) -> Real:
+    @property
+    def prediction(self) -> Prediction:
+        """The model with the uncertainty of its coefficients, for places and observations on the sky."""
+        return Prediction(self.model, self.free, self.covariance, self.component_sd_arcsec / _ARCSEC)
+
+    def predicted_sigma(self, lon: Real, lat: Real, *, observation: bool = False) -> Real:
         """Standard deviation of the model's place on the sky, √(σ_X² + σ_Y²), at mechanical coordinates.
 
         Parameters
         ----------
         lon, lat : float or array
             Of the telescope's axes, radians.
+        observation : bool
+            Of a single observation instead, its scatter included.
 
         Returns
         -------
         float or array
-            Radians; what the coefficients' uncertainty leaves, without the scatter of a single observation.
+            Radians: what the coefficients' uncertainty leaves. `pointing.model.prediction` says what it covers.
         """
-        _, _, jacobian = self.model.star_and_jacobian(lon, lat)
-        free = [pair for pair, is_free in zip(jacobian.by_coefficient, self.free, strict=True) if is_free]
-        shape = np.shape(lat)
-        rows = np.array([[np.broadcast_to(part, shape) for part in pair] for pair in free])  # (k, 2, …)
-        variance = np.einsum("ic...,ij,jc...->...", rows, self.covariance, rows)
-        return np.sqrt(variance)
+        return self.prediction.sigma(lon, lat, observation=observation)
 
     @property
     def warnings(self) -> tuple[str, ...]:
