@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-10  # smallest eigenvalue of the scaled normal matrix, against the largest, that still tells terms apart
+_HARDER = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class NormalEquations:
 
     def added(self, residual: Array, design: Array, weight: Array) -> "NormalEquations":
         """Return them with more observations: residual (2, n), design (2, n, k), weight (n,)."""
-        flat = design.reshape(-1, design.shape[-1])
+        flat = design.reshape(residual.size, design.shape[-1])
         weights = np.concatenate((weight, weight))
         weighted = flat * weights[:, None]
         r = residual.ravel()
@@ -80,6 +81,24 @@ class NormalEquations:
         values, vectors = self._eigen
         return np.asarray((vectors / values) @ vectors.T / np.outer(self.scale, self.scale))
 
-    def solution(self) -> Array:
-        """Return the coefficients' change, radians."""
-        return np.asarray(self.inverse @ self.right)
+    def solution(self, damping: float = 0.0) -> Array:
+        """Return the coefficients' change, radians.
+
+        Parameters
+        ----------
+        damping : float
+            Added to the eigenvalues of the scaled matrix, so that what is seen badly changes less.
+        """
+        if damping == 0.0:
+            return np.asarray(self.inverse @ self.right)
+        values, vectors = self._eigen
+        return np.asarray(vectors @ ((vectors.T @ (self.right / self.scale)) / (values + damping)) / self.scale)
+
+    def next_damping(self, damping: float) -> float:
+        """Return a damping that is felt by what is seen worst, or more than the present one."""
+        return max(_HARDER * damping, float(self._eigen[0][0]))
+
+    def reverses(self, before: Array, change: Array) -> bool:
+        """Whether a change takes back more than half of the one before, both scaled."""
+        one, other = before * self.scale, change * self.scale
+        return bool(one @ other < -0.5 * (one @ one))
