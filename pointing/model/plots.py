@@ -6,8 +6,6 @@ zenith in the middle, north up and east to the right, as on a map of the ground.
 """
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +17,8 @@ from pointing.model.residual_table import DIRECTIONS
 from pointing.model.run import COORDINATES
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
 
     from pointing.model.choice import Step
@@ -104,7 +104,7 @@ def plot_histogram(fit: "Fit", ax: "Axes | None" = None) -> "Axes":
     """
     ax = _own(ax)
     distance = np.degrees(np.hypot(*fit.residuals))[fit.weight > 0.0] * 3600.0
-    counts, edges, _ = ax.hist(distance, bins=_BINS, color=_USED, alpha=0.6, label=f"{distance.size} observations")
+    _, edges, _ = ax.hist(distance, bins=_BINS, color=_USED, alpha=0.6, label=f"{distance.size} observations")
     s = fit.component_sd_arcsec
     if 0.0 < s < math.inf:
         r = np.linspace(0.0, edges[-1], 200)
@@ -241,9 +241,10 @@ def _south_azimuth(place: Place) -> Array:
 def _horizon(ax: "Axes") -> None:
     """Circles of elevation and the points of the compass; no frame."""
     angle = np.linspace(0.0, math.tau, 181)
-    for low, high in pairwise((0.0, 30.0, 60.0, 90.0)):
-        ax.plot(high * np.sin(angle), high * np.cos(angle), color="grey", linewidth=0.5, zorder=0)
-        ax.annotate(f"{90.0 - high:.0f}°", (0.0, high), fontsize="small", color="grey") if low else None
+    for elevation in (0.0, 30.0, 60.0):
+        radius = 90.0 - elevation
+        ax.plot(radius * np.sin(angle), radius * np.cos(angle), color="grey", linewidth=0.5, zorder=0)
+        ax.annotate(f"{elevation:.0f}°", (0.0, -radius), fontsize="small", color="grey")
     for name, x, y in (("N", 0, 97), ("E", 97, 0), ("S", 0, -97), ("W", -97, 0)):
         ax.annotate(name, (x, y), ha="center", va="center")
     ax.set(xlim=(-103.0, 103.0), ylim=(-103.0, 103.0), aspect="equal")

@@ -1,8 +1,8 @@
 """How axis 1 leans, and what to turn to put it right.
 
 The tilt terms of a model (ME and MA, AN and AW) are exact rotations, so where they put the end of axis 1 is exact,
-for degrees of misalignment, too. Two knobs undo it: the altitude of the polar axis, and its azimuth, which turns about
-the vertical and moves the pole on the sky by cos φ of its own angle.
+for degrees of misalignment, too. Two knobs undo it: the altitude of the polar axis, and its azimuth, which turns
+about the vertical and moves the pole on the sky by cos φ of its own angle.
 
 Places of stars are those in which they are seen, so ME and MA refer to the *true* pole, and that is what is advised:
 both axes follow the refracted sky, and no direction of axis 1 saves them that. An axis 1 that is driven alone and at

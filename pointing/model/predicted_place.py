@@ -68,15 +68,11 @@ def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False)
     if beyond:
         lon, lat = beyond_the_pole(fit.model.frame, lon, lat)
     axis1, axis2 = (each.reshape(np.shape(lon)) for each in fit.model.telescope(np.ravel(lon), np.ravel(lat)))
-    sigma = fit.predicted_sigma(axis1, axis2)
-    scatter = math.sqrt(2.0) * math.radians(fit.component_sd_arcsec / 3600.0)
-    degrees = ((axis1, units.deg), (axis2, units.deg))
-    arcseconds = (nearest_turn(lon - axis1), nearest_turn(lat - axis2), sigma, np.hypot(sigma, scatter))
+    sigma, of_one = (fit.predicted_sigma(axis1, axis2, observation=each) for each in (False, True))
+    offsets = nearest_turn(lon - axis1), nearest_turn(lat - axis2)
     return PredictedPlace(
-        *(
-            Quantity(radians, "rad").to(unit)
-            for radians, unit in (*degrees, *((each, units.arcsec) for each in arcseconds))
-        )
+        *(Quantity(radians, "rad").to(units.deg) for radians in (axis1, axis2)),
+        *(Quantity(radians, "rad").to(units.arcsec) for radians in (*offsets, sigma, of_one)),
     )
 
 

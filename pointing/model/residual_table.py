@@ -66,10 +66,10 @@ def _reasons(fit: "Fit") -> list[str]:
     for i, (kept, given, weight) in enumerate(zip(fit.run.kept, fit.run.weight, fit.weight, strict=True)):
         if i in tested:
             reasons.append(tested[i])
-        elif not kept:
-            reasons.append("masked by the user")
         elif given == 0.0:
             reasons.append("weight 0")
+        elif not kept:
+            reasons.append("masked by the user")
         elif weight < given:
             reasons.append(f"weighed down to {weight / given:.2f} by the robust fit")
         else:
