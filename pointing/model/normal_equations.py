@@ -4,6 +4,7 @@ Columns are scaled to unit length before anything is decided: the condition is t
 and not of the units, and σ and correlations come from the same decomposition as the solution.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -48,6 +49,23 @@ class NormalEquations:
         return NormalEquations(
             self.matrix + weighted.T @ flat, self.right + weighted.T @ r, self.square + float(r @ (weights * r))
         )
+
+    def part(self, chosen: Sequence[int]) -> "NormalEquations":
+        """Return those of some of the terms, the others left out of the model."""
+        which = np.asarray(chosen, int)
+        return NormalEquations(self.matrix[np.ix_(which, which)], self.right[which], self.square)
+
+    def without(self, other: "NormalEquations") -> "NormalEquations":
+        """Return them without the observations of others."""
+        return NormalEquations(self.matrix - other.matrix, self.right - other.right, self.square - other.square)
+
+    def after(self, change: Array) -> "NormalEquations":
+        """Return them at coefficients changed by so much, to first order."""
+        return NormalEquations(self.matrix, self.right - self.matrix @ change, self.square_after(change))
+
+    def square_after(self, change: Array) -> float:
+        """Weighted sum of squared residuals after a change of the coefficients, to first order."""
+        return float(self.square - change @ (2.0 * self.right - self.matrix @ change))
 
     @cached_property
     def scale(self) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
-from pointing.model.model_file import ModelFile, ModelRow, read_model, write_model
+from pointing.model.model_file import ModelFile, ModelRow, write_model
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import term
@@ -41,17 +41,6 @@ def save(fit: "Fit", path: str | Path) -> None:
         write_model(model_file(fit), path)
     except OSError as error:
         raise PointingError(f"{path} cannot be written: {error.strerror}; name a folder that is there") from None
-
-
-def load(path: str | Path, latitude_deg: float, kind: MountKind | None = None) -> PointingModel:
-    """Read a model for a mount at a latitude.
-
-    Raises
-    ------
-    PointingError
-        The file cannot be read, or its terms are not of one kind of mount, or not of `kind`.
-    """
-    return model_of(read_model(path), latitude_deg, kind)
 
 
 def model_of(file: ModelFile, latitude_deg: float, kind: MountKind | None = None) -> PointingModel:
