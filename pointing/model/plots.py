@@ -6,6 +6,7 @@ zenith in the middle, north up and east to the right, as on a map of the ground.
 """
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +62,25 @@ def plot_panels(fit: "Fit", axes: Any = None) -> Any:  # noqa: ANN401 - matplotl
     plot_against(fit, "dY", "order", grid[2, 1])
     plot_scatter(fit, grid[2, 2])
     return grid
+
+
+def save_panels(fit: "Fit", path: str | Path) -> None:
+    """Draw the nine panels into a file, whose name says in which form.
+
+    Raises
+    ------
+    PointingError
+        matplotlib is not installed, does not know the form, or the file cannot be written.
+    """
+    _pyplot()
+    from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
+
+    figure = Figure(figsize=(12.0, 10.0), layout="constrained")
+    plot_panels(fit, figure.subplots(3, 3))
+    try:
+        figure.savefig(path)
+    except (ValueError, OSError) as error:
+        raise PointingError(f"{path} cannot be drawn: {error}") from None
 
 
 def plot_against(fit: "Fit", component: str, against: str, ax: "Axes | None" = None) -> "Axes":

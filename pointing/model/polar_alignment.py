@@ -40,6 +40,7 @@ POLES: tuple[Pole, ...] = ("true", "refracted")
 TILTS: dict[MountKind, tuple[str, str]] = {"equatorial": ("ME", "MA"), "altazimuth": ("AN", "AW")}
 _ARCSEC = math.degrees(1.0) * 3600.0
 _METRE_MM = 1000.0
+_UNITS = (("°", 3600.0, 3), ("′", 60.0, 2), ("″", 1.0, 1))  # each from its own size on, with its digits
 
 
 @dataclass(frozen=True)
@@ -233,20 +234,17 @@ def registers(model: PointingModel) -> Registers:
     return Registers(k[0] * mas, k[1] * mas, index, sign * turn * _ARCSEC)
 
 
-def angle_text(arcsec: float) -> str:
-    """An angle in the unit in which it is easily read."""
-    size = abs(arcsec)
-    if size < 60.0:
-        return f"{arcsec:.1f}″"
-    return f"{arcsec / 60.0:.2f}′" if size < 3600.0 else f"{arcsec / 3600.0:.3f}°"
+def angle_text(arcsec: float, sigma_arcsec: float | None = None) -> str:
+    """An angle, perhaps with its standard deviation, in the unit in which it is easily read."""
+    unit, size, digits = next(row for row in _UNITS if abs(arcsec) >= row[1] or row[1] == 1.0)
+    sigma = "" if sigma_arcsec is None else f" ± {sigma_arcsec / size:.{digits}f}{unit}"
+    return f"{arcsec / size:.{digits}f}{unit}{sigma}"
 
 
 def _directed(arcsec: float, sigma_arcsec: float, positive: str, negative: str) -> str:
     way = positive if arcsec >= 0.0 else negative
-    unit = 60.0 if abs(arcsec) >= 60.0 else 1.0
-    sigma = f"{sigma_arcsec / unit:.2f}{'′' if unit > 1.0 else '″'}"
     enough = ", no more than its uncertainty" if abs(arcsec) < 2.0 * sigma_arcsec else ""
-    return f"{way} by {angle_text(abs(arcsec))} ± {sigma}{enough}"
+    return f"{way} by {angle_text(abs(arcsec), sigma_arcsec)}{enough}"
 
 
 def _tilt_of(model: PointingModel) -> PointingModel:

@@ -15,7 +15,7 @@ _HEADS = ("term", "″", "σ″", "", "what it is")
 
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
-    return (*_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit), *_masked(fit))
+    return (*_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
 
 
 def text(fit: "Fit") -> str:
@@ -26,7 +26,9 @@ def text(fit: "Fit") -> str:
         f"  {name:<{wide[0]}}  {value:>{wide[1]}}″ ± {sigma:>{wide[2]}}″  {mark:<{wide[3]}}  {sentence}".rstrip()
         for name, value, sigma, mark, sentence in rows
     ]
-    return "\n".join([_title(fit), *lines, _statistics(fit), *(f"beware: {each}" for each in warnings(fit))])
+    return "\n".join(
+        [_title(fit), *lines, _statistics(fit), *_masked(fit), *(f"beware: {each}" for each in warnings(fit))]
+    )
 
 
 def html(fit: "Fit") -> str:
@@ -36,7 +38,7 @@ def html(fit: "Fit") -> str:
         "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in _cells(fit, each)) + "</tr>"
         for each in fit.coefficients
     )
-    beware = "".join(f"<li>{escape(each)}</li>" for each in warnings(fit))
+    beware = "".join(f"<li>{escape(each)}</li>" for each in (*_masked(fit), *warnings(fit)))
     return (
         f"<table><caption>{escape(_title(fit))}</caption><tr>{head}</tr>{rows}</table>"
         f"<p>{escape(_statistics(fit))}</p>" + (f"<ul>{beware}</ul>" if beware else "")

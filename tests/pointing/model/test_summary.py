@@ -67,16 +67,15 @@ def test_few_stars_are_told():
 def test_each_masked_observation_is_told_with_its_reason():
     found = fitted(bad=0.05, outliers=True)
     assert len(found.outliers) == 3
-    assert [each for each in found.warnings if each.startswith("masked: ")] == [
-        f"masked: {each.reason}" for each in found.outliers
-    ]
+    told = [line for line in repr(found).splitlines() if line.startswith("masked: ")]
+    assert told == [f"masked: {each.reason}" for each in found.outliers]
 
 
 def test_a_notebook_shows_the_same_as_a_table():
     found = fitted(bad=0.05, outliers=True)
     html = found._repr_html_()
     assert html.count("<tr>") == 1 + len(found.coefficients)
-    assert html.count("<li>") == len(found.warnings)
+    assert html.count("<li>") == len(found.warnings) + len(found.outliers)
     assert "unconfirmed" in html
 
 
