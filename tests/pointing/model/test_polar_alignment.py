@@ -245,3 +245,26 @@ def test_a_notebook_shows_the_advice():
 @pytest.mark.parametrize(("arcsec", "text"), [(3.25, "3.2″"), (-90.0, "-1.50′"), (5400.0, "1.500°")])
 def test_angles_are_shown_in_the_unit_that_fits(arcsec, text):
     assert angle_text(arcsec) == text
+
+
+def drift_arcsec(pole_lift, declination_deg, latitude_deg=45.0, begin_deg=45.0):
+    """Greatest change of declination in the hour after hour angle 3 h, of an axis 1 that is driven alone."""
+    latitude = math.radians(latitude_deg)
+    a, b = erfa.refco(1013.25, 15.0, 0.5, 0.55)
+    axis = pole(latitude + pole_lift)
+    seen = []
+    for hour_angle in np.radians(np.linspace(begin_deg, begin_deg + 15.0, 25)):
+        d = math.radians(declination_deg)
+        v = equator(latitude) @ (math.cos(d) * math.cos(hour_angle), math.cos(d) * math.sin(hour_angle), math.sin(d))
+        z = math.acos(v[2])
+        z -= a * math.tan(z) + b * math.tan(z) ** 3
+        v = np.array((*(v[:2] / np.hypot(*v[:2]) * math.sin(z)), math.cos(z)))
+        seen.append(math.asin(v @ axis))
+    return np.ptp(seen) * ARCSEC
+
+
+def test_an_axis_driven_alone_drifts_less_on_the_refracted_pole():
+    lift = refracted_pole(math.radians(45.0), Weather.standard(0.0))
+    drifts = {d: (drift_arcsec(0.0, d), drift_arcsec(lift, d)) for d in (0.0, 30.0, 60.0, 80.0)}
+    print({d: f"{true:.0f}″ true, {refracted:.0f}″ refracted" for d, (true, refracted) in drifts.items()})
+    assert all(refracted < true for true, refracted in drifts.values())
