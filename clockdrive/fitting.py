@@ -231,5 +231,5 @@ def _refuse_impossible(file: ModelFile) -> None:
     kind = kind_of(file)
     if not file.rows:
         raise PointingError("the model has no term: write NAME and coefficient in arcseconds, a line a term")
-    model_of(file, ANY_LATITUDE_DEG, kind)
-    refuse_degenerate([term(row.name, kind) for row in file.rows if not row.fixed], kind)
+    frame = model_of(file, ANY_LATITUDE_DEG, kind).frame
+    refuse_degenerate([term(row.name, kind) for row in file.rows if not row.fixed], frame)

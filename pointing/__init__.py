@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pointing.model.fit import fit
     from pointing.model.fitted import Fit
     from pointing.model.model_file import read_model
+    from pointing.model.own_term import own_term
     from pointing.model.pointing_model import PointingModel
     from pointing.model.run import PointingRun
     from pointing.model.run_file import read_run
@@ -72,6 +73,7 @@ _HOME = {
     "diagnose": "pointing.model.diagnosis",
     "find": "pointing.catalogue",
     "fit": "pointing.model.fit",
+    "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
     "read_model": "pointing.model.model_file",
     "read_run": "pointing.model.run_file",
@@ -114,6 +116,7 @@ __all__ = [
     "diagnose",
     "find",
     "fit",
+    "own_term",
     "passes",
     "read_model",
     "read_run",

@@ -247,7 +247,7 @@ class _Search:
         if frozenset(model) in self.failed:
             return self.failed[frozenset(model)]
         try:
-            refuse_degenerate(model, self.run.mount)
+            refuse_degenerate(model, self.fit.model.frame)
         except PointingError as error:
             return str(error)
         if not self.judge.separable([self.place[each] for each in model]):

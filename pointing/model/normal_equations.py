@@ -87,11 +87,12 @@ class NormalEquations:
         return float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 else float("inf")
 
     def inseparable(self) -> Array | None:
-        """Return the share of each term in the combination that the observations do not see, or None."""
+        """Return the share of each term in the combinations that the observations do not see, or None."""
         if not self.scale.size:
             return None
         values, vectors = self._eigen
-        return np.abs(vectors[:, 0]) if values[0] < SINGULAR * values[-1] else None
+        unseen = vectors[:, values < SINGULAR * values[-1]]
+        return np.linalg.norm(unseen, axis=1) if unseen.size else None
 
     @cached_property
     def inverse(self) -> Array:

@@ -222,7 +222,7 @@ def test_a_model_is_checked(answer, models):
     assert "possible are −45° to 45°" in answer("model", "check", models / "huge.mod")[1]["reason"]
     twins = ModelFile("twins", rows=(ModelRow("TF", 1.0), ModelRow("ECEC", 1.0)))
     write_model(twins, models / "twins.mod")
-    assert "one term under two names" in answer("model", "check", models / "twins.mod")[1]["reason"]
+    assert "TF, ECEC cannot be told apart" in answer("model", "check", models / "twins.mod")[1]["reason"]
     write_model(ModelFile("empty"), models / "empty.mod")
     assert "no term" in answer("model", "check", models / "empty.mod")[1]["reason"]
 

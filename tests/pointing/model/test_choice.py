@@ -128,8 +128,8 @@ def test_terms_that_are_the_same_are_never_chosen_together():
     chosen = choose_terms(run, "TF ECEC FLOP CA")
     assert len({"TF", "ECEC"} & set(chosen.terms.split())) == 1
     reasons = {step.term: step.why for step in chosen.left}
-    assert "one term under two names" in reasons["FLOP"]
-    assert "one term under two names" in reasons[({"TF", "ECEC"} & set(reasons)).pop()]
+    assert "cannot be told apart" in reasons["FLOP"]
+    assert "cannot be told apart" in reasons[({"TF", "ECEC"} & set(reasons)).pop()]
 
 
 def test_the_choice_is_the_same_every_time():

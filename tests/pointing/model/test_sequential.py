@@ -67,9 +67,7 @@ def test_larger_changes_differ_in_second_order_only(drift_arcsec):
     current, _ = learned(before, more, gate=False)
     batch = fit(joined(first, more), names)
     moved, left = difference(before, batch), difference(current, batch)
-    print(
-        f"drift {drift_arcsec:g}″: moved {moved:.2f}″, left {left:.1e}″, {left / moved / (moved + noise):.1e} c(c + ρ)"
-    )
+    print(f"{drift_arcsec:g}″: moved {moved:.2f}″, left {left:.1e}″, {left / moved / (moved + noise):.1e} c(c + ρ)")
     assert left < 1e-4 * moved * (moved + noise)
 
 
