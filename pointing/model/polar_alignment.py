@@ -82,9 +82,9 @@ class PolarAlignment:
     latitude_deg : float
         North positive.
     raise_arcsec, raise_sigma_arcsec : float
-        By how much the end of the axis at the visible pole must rise; negative: sink.
+        By how much the end of the axis at the visible pole must rise; negative: sink; NaN without ME.
     east_arcsec, east_sigma_arcsec : float
-        By how much that end must go east, as an angle of the azimuth knob; negative: west.
+        By how much that end must go east, as an angle of the azimuth knob; negative: west; NaN without MA.
     refracted_pole_arcsec : float
         How far the refracted pole is above the true one.
     registers : Registers
@@ -109,20 +109,18 @@ class PolarAlignment:
     def text(self) -> str:
         """The advice, a sentence a line."""
         sky = abs(self.east_arcsec) * math.cos(math.radians(self.latitude_deg))
-        height = _directed(self.raise_arcsec, self.raise_sigma_arcsec, "raise the polar axis", "lower the polar axis")
-        side = _directed(
-            self.east_arcsec,
-            self.east_sigma_arcsec,
-            f"move its {self.end} end east",
-            f"move its {self.end} end west",
+        height = _directed(
+            self.raise_arcsec, self.raise_sigma_arcsec, "raise the polar axis", "lower the polar axis", "ME"
         )
+        east, west = (f"move its {self.end} end {way}" for way in ("east", "west"))
+        side = _directed(self.east_arcsec, self.east_sigma_arcsec, east, west, "MA")
         other = "the refracted" if self.pole == "true" else "the true"
         lift = angle_text(self.refracted_pole_arcsec)
         where = "above" if self.pole == "true" else "below"
         return "\n".join(
             (
-                f"{height} (to the {self.pole} pole)",
-                f"{side} in azimuth ({angle_text(sky)} on the sky)",
+                height + ("" if math.isnan(self.raise_arcsec) else f" (to the {self.pole} pole)"),
+                side + ("" if math.isnan(self.east_arcsec) else f" in azimuth ({angle_text(sky)} on the sky)"),
                 f"{other} pole is {lift} {where} it at latitude {self.latitude_deg:+.2f}°",
                 self.registers.text,
             )
@@ -139,9 +137,9 @@ class AxisTilt:
     Parameters
     ----------
     north_arcsec, north_sigma_arcsec : float
-        By how much the north side of the base must rise; negative: the south side.
+        By how much the north side of the base must rise; negative: the south side; NaN without AN.
     west_arcsec, west_sigma_arcsec : float
-        The same of the west side; negative: the east side.
+        The same of the west side; negative: the east side; NaN without AW.
     registers : Registers
         The present tilt, in the mount's own terms.
     """
@@ -156,13 +154,13 @@ class AxisTilt:
     def text(self) -> str:
         """The advice, a sentence a line."""
         rows = (
-            (self.north_arcsec, self.north_sigma_arcsec, "north", "south"),
-            (self.west_arcsec, self.west_sigma_arcsec, "west", "east"),
+            (self.north_arcsec, self.north_sigma_arcsec, "north", "south", "AN"),
+            (self.west_arcsec, self.west_sigma_arcsec, "west", "east", "AW"),
         )
         lines = [
-            _directed(angle, sigma, f"raise the {one} side of the base", f"raise the {other} side of the base")
-            + f" ({abs(math.tan(angle / _ARCSEC)) * _METRE_MM:.3f} mm a metre)"
-            for angle, sigma, one, other in rows
+            _directed(angle, sigma, f"raise the {one} side of the base", f"raise the {other} side of the base", name)
+            + ("" if math.isnan(angle) else f" ({abs(math.tan(angle / _ARCSEC)) * _METRE_MM:.3f} mm a metre)")
+            for angle, sigma, one, other, name in rows
         ]
         return "\n".join((*lines, self.registers.text))
 
@@ -191,19 +189,21 @@ def polar_alignment(fit: "Fit", pole: Pole = "true", weather: Weather | None = N
         raise PointingError(f"there is no pole {pole!r}: possible are {' and '.join(POLES)}")
     model = _tilt_of(fit.model)
     sigmas = _sigmas(fit)
+    known = {name: 1.0 if name in model.arcsec else math.nan for name in TILTS[model.kind]}
     if model.kind == "altazimuth":
         south, east, up = _turned(model, (0.0, 0.0, 1.0))
         return AxisTilt(
-            math.atan2(-south, up) * _ARCSEC, sigmas["AN"], math.atan2(-east, up) * _ARCSEC, sigmas["AW"],
-            registers(fit.model),
+            math.atan2(-south, up) * _ARCSEC * known["AN"], sigmas["AN"],
+            math.atan2(-east, up) * _ARCSEC * known["AW"], sigmas["AW"], registers(fit.model),
         )  # fmt: skip
     altitude, east_off = _visible_end(model)
     latitude = model.latitude
     lift = refracted_pole(latitude, weather or fit.run.weather or Weather.standard(0.0))
     wanted = abs(latitude) + (lift if pole == "refracted" else 0.0)
     return PolarAlignment(
-        pole, math.degrees(latitude), (wanted - altitude) * _ARCSEC, sigmas["ME"], -east_off * _ARCSEC,
-        sigmas["MA"] / max(math.cos(latitude), 1e-9), lift * _ARCSEC, registers(fit.model),
+        pole, math.degrees(latitude), (wanted - altitude) * _ARCSEC * known["ME"], sigmas["ME"],
+        -east_off * _ARCSEC * known["MA"], sigmas["MA"] / max(math.cos(latitude), 1e-9), lift * _ARCSEC,
+        registers(fit.model),
     )  # fmt: skip
 
 
@@ -241,7 +241,9 @@ def angle_text(arcsec: float, sigma_arcsec: float | None = None) -> str:
     return f"{arcsec / size:.{digits}f}{unit}{sigma}"
 
 
-def _directed(arcsec: float, sigma_arcsec: float, positive: str, negative: str) -> str:
+def _directed(arcsec: float, sigma_arcsec: float, positive: str, negative: str, term: str) -> str:
+    if math.isnan(arcsec):
+        return f"{positive}, or not: nothing is known of it, because {term} is no term of the model"
     way = positive if arcsec >= 0.0 else negative
     enough = ", no more than its uncertainty" if abs(arcsec) < 2.0 * sigma_arcsec else ""
     return f"{way} by {angle_text(abs(arcsec), sigma_arcsec)}{enough}"

@@ -1,7 +1,7 @@
 """What a fit predicts for a place on the sky, with astropy's units."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +44,14 @@ class PredictedPlace:
     offset2: Quantity
     sigma: Quantity
     observation_sigma: Quantity
+
+    def _repr_html_(self) -> str:
+        columns = [np.ravel(getattr(self, each.name).value) for each in fields(self)]
+        heads = [f"{each.name}, {getattr(self, each.name).unit}" for each in fields(self)]
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{value:.5f}</td>" for value in row) + "</tr>" for row in zip(*columns, strict=True)
+        )
+        return f"<table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{rows}</table>"
 
 
 def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False) -> PredictedPlace:  # noqa: ANN401

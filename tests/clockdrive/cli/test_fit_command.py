@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,6 +188,11 @@ def test_a_run_with_a_fault_is_diagnosed_and_not_fitted(answer, tmp_path):
     assert code == 1
     assert not found["ok"]
     assert "3" in found["reason"]
+    swapped = replace(good, star1=good.star2, star2=np.clip(good.star1, -1.5, 1.5))
+    write_ecsv(swapped, path)
+    code, found = answer("fit", path)
+    assert code == 1
+    assert "exchanged" in found["reason"]
     (tmp_path / "noise.dat").write_bytes(b"\0\1\2")
     assert answer("fit", tmp_path / "noise.dat")[0] == 1
     assert answer("fit", tmp_path / "absent.dat")[0] == 1

@@ -230,6 +230,21 @@ def test_a_model_without_tilt_is_refused_with_what_to_fit():
         polar_alignment(fit_of(PointingModel.of("equatorial", 40.0, IH=1.0, ID=1.0)))
 
 
+@pytest.mark.parametrize(
+    ("kind", "arcsec", "text"),
+    [
+        ("equatorial", {"IH": 1.0, "ID": 1.0, "ME": 60.0}, "because MA is no term"),
+        ("equatorial", {"IH": 1.0, "ID": 1.0, "MA": 60.0}, "because ME is no term"),
+        ("altazimuth", {"IA": 1.0, "IE": 1.0, "AN": 60.0}, "because AW is no term"),
+    ],
+)
+def test_of_a_direction_that_was_not_fitted_nothing_is_claimed(kind, arcsec, text):
+    advice = polar_alignment(fit_of(PointingModel.of(kind, 40.0, **arcsec))).text
+    print(advice)
+    assert text in advice
+    assert advice.count(" by ") == 1
+
+
 def test_another_pole_is_refused():
     model = PointingModel.of("equatorial", 40.0, IH=1.0, ID=1.0, ME=1.0)
     with pytest.raises(PointingError, match="no pole 'magnetic': possible are true and refracted"):

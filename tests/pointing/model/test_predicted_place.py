@@ -70,6 +70,13 @@ def test_offsets_are_what_is_added_to_the_reading_to_find_the_star():
     assert (place.axis2 + place.offset2).to_value("deg") == pytest.approx(30.0, abs=1e-9)
 
 
+def test_a_notebook_shows_a_row_a_place_with_units():
+    html = predict(fitted("fork"), 10.0 * u.deg, [1.0, 2.0] * u.deg)._repr_html_()
+    assert html.count("<tr>") == 3
+    assert "axis1, deg" in html
+    assert "sigma, arcsec" in html
+
+
 def test_other_frames_and_plain_numbers_are_refused_with_what_to_give():
     found = fitted("fork")
     with pytest.raises(PointingError, match="frame AltAz or HADec"):
