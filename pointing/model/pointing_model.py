@@ -20,6 +20,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NoReturn
 
 from pointing.errors import PointingError, Unreachable
 from pointing.model.functions import Real
@@ -170,17 +171,14 @@ class PointingModel:
         Raises
         ------
         Unreachable
-            No place of the telescope points on the star (floats only): it is in the blind spot about the pole of
-            axis 1 that collimation and non-perpendicularity leave.
+            No place of the telescope points on the star (floats only): it is in the blind spot that a term leaves,
+            as collimation and non-perpendicularity do about the pole of axis 1. Names the term.
         """
         for _, each, coefficient in reversed(self._sequence):
             if coefficient:
                 lon, lat = undone(self.frame, each, coefficient, lon, lat)
-        if isinstance(lat, float) and not (math.isfinite(lon) and math.isfinite(lat)):
-            raise Unreachable(
-                "the place is in the blind spot about the pole of axis 1, which the pointing model's collimation or "
-                "non-perpendicularity keeps out of reach: wait until the target has passed"
-            )
+                if isinstance(lat, float) and not math.isfinite(lat):
+                    _refuse_blind_spot(each, coefficient)
         return lon, lat
 
     def telescope_and_rates(
@@ -211,3 +209,11 @@ class PointingModel:
         determinant = a * d - b * c
         across = (d * lon_rate - b * lat_rate) / determinant
         return (lon, lat), (across / math.cos(lat), (a * lat_rate - c * lon_rate) / determinant)
+
+
+def _refuse_blind_spot(term: Term, coefficient: float) -> NoReturn:
+    where = "the zenith" if term.result == "Z" else "the pole of axis 1"
+    raise Unreachable(
+        f"the place is in the blind spot about {where} that {term.name} of {math.degrees(coefficient) * 3600.0:.6g}″ "
+        "of the pointing model keeps out of reach: wait until the target has passed"
+    )
