@@ -75,7 +75,7 @@ def test_masks_add_up_and_a_subset_takes_every_column_along():
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: run(weight=np.array([1.0, -1.0, 1.0])), "weight[1] is -1; possible are numbers from 0"),
+        (lambda: run(weight=np.array([1.0, -1.0, 1.0])), "weight -1; possible are numbers from 0"),
         (lambda: run(line=np.array([1, 2])), "line has shape (2,); star1 has 3 observations"),
         (lambda: run().masked([3]), "observation 3; the run has 3, counted from 0"),
         (lambda: run().masked([-1]), "observation -1"),
