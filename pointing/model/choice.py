@@ -23,7 +23,6 @@ import numpy as np
 from pointing.errors import PointingError
 from pointing.model.candidates import INDEX, Tier, tiers
 from pointing.model.cross_validation import CrossValidation
-from pointing.model.degeneracy import refuse_degenerate
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
 from pointing.model.run import PointingRun
@@ -167,7 +166,6 @@ class _Search:
             self.worth |= {each: tier.worth for each in tier.terms if each not in self.worth}
         self.tiers = [[each for each in tier.terms if each not in first] for tier in tried]
         self.seen = {frozenset(first)}
-        self.failed: dict[frozenset[Term], str] = {}
         self.path: list[Step] = []
         self._settle(fit(run, first))
         self.path.append(self._step("begun with", " ".join(each.name for each in first), 0.0, "the first terms"))
@@ -223,8 +221,7 @@ class _Search:
         begun = tuple(values.get(each, 0.0) for each in move.model)
         try:
             fitted = fit(self.run, replace(self.fit.model, terms=move.model, coefficients=begun))
-        except PointingError as error:
-            self.failed[frozenset(move.model)] = str(error)
+        except PointingError:  # terms that cannot be together; what is left says why
             return False
         delta, before = bic - self.bic, self.cv
         self._settle(fitted)
@@ -240,19 +237,7 @@ class _Search:
         return self.judge.bic([self.place[each] for each in model]) + sum(self.worth[each] for each in model)
 
     def _possible(self, model: tuple[Term, ...]) -> bool:
-        return frozenset(model) not in self.seen and not self._refusal(model)
-
-    def _refusal(self, model: tuple[Term, ...]) -> str:
-        """Why terms cannot be together; empty where they can."""
-        if frozenset(model) in self.failed:
-            return self.failed[frozenset(model)]
-        try:
-            refuse_degenerate(model, self.fit.model.frame)
-        except PointingError as error:
-            return str(error)
-        if not self.judge.separable([self.place[each] for each in model]):
-            return f"the {self.judge.n} observations do not tell it from the chosen terms"
-        return ""
+        return frozenset(model) not in self.seen and self.judge.separable([self.place[each] for each in model])
 
     def _moves(self, tried: Sequence[Term]) -> Iterator[_Move]:
         """All changes of a single term."""
@@ -280,15 +265,18 @@ class _Search:
     def _left(self, each: Term) -> Step:
         """What a candidate that was left would do with the chosen terms."""
         model = (*self.chosen, each)
-        refusal = self._refusal(model)
-        if refusal:
-            return Step("left", each.name, math.nan, math.nan, math.nan, refusal)
+        try:
+            fit(self.run, model)
+        except PointingError as error:
+            return Step("left", each.name, math.nan, math.nan, math.nan, str(error))
         bic, cv, rms = self._judged(model)
-        delta = bic - self.bic
-        if delta > -self.worth[each]:
-            why = f"it explains too little: BIC changes by {delta:+.1f}, to be taken by {-self.worth[each]:+.0f}"
-        else:
+        delta, worth = bic - self.bic, self.worth[each]
+        if delta > -worth:
+            why = f"it explains too little: BIC changes by {delta:+.1f}, to be taken by {-worth:+.0f}"
+        elif not cv < self._allowed_cv:
             why = f"it overfits: patches left out are predicted to {cv:.2f}″ instead of {self.cv:.2f}″"
+        else:
+            why = "it was there before, and other terms together do as well"
         return Step("left", each.name, delta, cv, rms, why)
 
 
