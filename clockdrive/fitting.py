@@ -23,6 +23,7 @@ from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.saved_model import kind_of, model_of
 from pointing.model.terms import term, terms
+from pointing.site import Weather
 
 DEFAULT_TERMS: dict[MountKind, str] = {
     "equatorial": "IH ID CH NP MA ME TF",
@@ -47,6 +48,8 @@ class Wanted:
         Terms that keep a coefficient, arcseconds.
     places : str or None
         Frame of an equatorial file's right ascensions.
+    weather : Weather or None
+        The air that refracts them, instead of that in the file.
     robust, outliers, by_pier : bool
         As for `pointing.fit`.
     mask : tuple of int
@@ -59,6 +62,7 @@ class Wanted:
     auto: bool = False
     fixed: Mapping[str, float] = field(default_factory=dict)
     places: Places | None = None
+    weather: Weather | None = None
     robust: bool = False
     outliers: bool = False
     by_pier: bool = False
@@ -124,7 +128,7 @@ def fit_file(path: str | Path, wanted: Wanted) -> Fitted:
     PointingError
         The run cannot be read or a fit of it would mean nothing; the text says what is wrong and what to do.
     """
-    run = read_run(path, places=wanted.places).masked(wanted.mask)
+    run = read_run(path, places=wanted.places, weather=wanted.weather).masked(wanted.mask)
     names = wanted.terms or DEFAULT_TERMS[run.mount]
     findings = diagnose(run, 2 if wanted.auto else max(len(terms(names, run.mount)) - len(wanted.fixed), 1))
     refused = [str(each) for each in findings if each.severity == "refuse"]

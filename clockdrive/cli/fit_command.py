@@ -2,10 +2,13 @@
 
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
 from clockdrive.errors import InputError
+
+if TYPE_CHECKING:
+    from pointing.site import Weather
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 PLACES = ("apparent", "icrs", "observed")
@@ -21,6 +24,11 @@ def add_fit(add: Adder) -> None:
     which.add_argument("--auto", action="store_true", help="choose the terms that the run asks for")
     fit.add_argument("--fixed", metavar="NAME=ARCSEC", help='terms that keep a coefficient, as in "CH=0 TF=12.5"')
     fit.add_argument("--places", choices=PLACES, help="frame of an equatorial TPOINT file's right ascensions")
+    fit.add_argument(
+        "--weather",
+        metavar="HPA,C[,HUMIDITY]",
+        help="of apparent and ICRS places, instead of the file's; none: no air",
+    )
     fit.add_argument("--robust", action="store_true", help="weigh down what lies far off")
     fit.add_argument("--outliers", action="store_true", help="find and mask observations that do not belong")
     fit.add_argument("--by-pier", action="store_true", help="let the index errors differ beyond the pole")
@@ -41,8 +49,8 @@ def fit(args: argparse.Namespace) -> None:
     if args.auto and args.fixed:
         raise InputError("--fixed goes with --terms: with --auto the terms are not known beforehand")
     wanted = Wanted(
-        args.terms or "", args.auto, _fixed(args.fixed), args.places, args.robust, args.outliers, args.by_pier,
-        _indices(args.mask), args.pole,
+        args.terms or "", args.auto, _fixed(args.fixed), args.places, _weather(args.weather), args.robust,
+        args.outliers, args.by_pier, _indices(args.mask), args.pole,
     )  # fmt: skip
     found = fit_file(args.file, wanted)
     written = _written(args, found.fit)
@@ -80,6 +88,24 @@ def _fixed(text: str | None) -> dict[str, float]:
         if not (name and equals):
             raise InputError(f'--fixed {word}: give NAME=ARCSEC, as in "CH=0 TF=12.5"')
     return found
+
+
+def _weather(text: str | None) -> "Weather | None":
+    """The air of `1010,12` or `1010,12,0.6`, or that of `none`, which does not refract."""
+    from pointing.site import Weather  # noqa: PLC0415 - as in `fit`
+
+    if text is None:
+        return None
+    if text == "none":
+        return Weather(refraction=False)
+    try:
+        pressure, temperature, *humidity = (float(word.replace("−", "-")) for word in text.split(","))
+        (relative,) = humidity or (Weather().relative_humidity,)
+    except ValueError:
+        raise InputError(
+            f"--weather {text}: give pressure in hPa, temperature in °C, humidity, as in 1010,12,0.6, or none"
+        ) from None
+    return Weather(pressure_hpa=pressure, temperature_c=temperature, relative_humidity=relative)
 
 
 def _indices(text: str | None) -> tuple[int, ...]:

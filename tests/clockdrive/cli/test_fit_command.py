@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import replace
 
+import erfa
 import numpy as np
 import pytest
 from astropy.table import QTable
@@ -146,6 +147,23 @@ def test_an_equatorial_tpoint_file_is_fitted_in_the_frame_that_is_named(answer, 
     assert found["sky_rms_arcsec"] < 4.0
 
 
+def test_apparent_places_are_refracted_by_the_air_that_is_given(answer, tmp_path):
+    path = tmp_path / "run.dat"
+    write_tpoint(simulated_run("fork", 40.0, TRUTH["fork"], 60, np.random.default_rng(9)).run, path)
+    assert "temperature and pressure" in answer("fit", path, "--places", "apparent")[1]["reason"]
+    flexure = [
+        next(each["arcsec"] for each in found["terms"] if each["name"] == "TX")
+        for _, found in (
+            answer("fit", path, "--terms", "IH ID CH NP MA ME TF TX", "--places", "apparent", "--weather", weather)
+            for weather in ("none", "505,12", "1010,12,0.6")
+        )
+    ]
+    tangent = math.degrees(erfa.refco(1010.0, 12.0, 0.6, 0.55)[0]) * 3600.0
+    print([f"{value:.1f}″" for value in flexure], f"{tangent:.1f}″ tan Z is the air's greatest part")
+    assert flexure[0] - flexure[2] == pytest.approx(tangent, rel=0.05)  # the rest, −0.07″ tan³ Z, takes some of it
+    assert flexure[1] - flexure[2] == pytest.approx(tangent / 2.0, rel=0.05)
+
+
 def test_the_pole_to_which_the_axis_shall_point_is_chosen(answer, observations):
     _, true = answer("fit", observations())
     _, refracted = answer("fit", observations(), "--pole", "refracted")
@@ -163,6 +181,9 @@ def test_the_pole_to_which_the_axis_shall_point_is_chosen(answer, observations):
         (["--fixed", "ACES=1"], 1, "ACES is to be held fixed, but is no term"),
         (["--fixed", "CH"], 2, "give NAME=ARCSEC"),
         (["--fixed", "CH=much"], 2, "give NAME=ARCSEC"),
+        (["--weather", "1010"], 2, "give pressure in hPa"),
+        (["--weather", "1010,12,0.5,1"], 2, "give pressure in hPa"),
+        (["--weather", "9999,12"], 1, "pressure_hpa"),
         (["--mask", "3,x"], 2, "counted from 0"),
         (["--mask", "99"], 1, "the run has 60"),
         (["--auto", "--fixed", "CH=0"], 2, "--fixed goes with --terms"),
