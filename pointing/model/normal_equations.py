@@ -4,6 +4,7 @@ Columns are scaled to unit length before anything is decided: the condition is t
 and not of the units, and σ and correlations come from the same decomposition as the solution.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-10  # smallest eigenvalue of the scaled normal matrix, against the largest, that still tells terms apart
+_HARDER = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,23 @@ class NormalEquations:
             self.matrix + weighted.T @ flat, self.right + weighted.T @ r, self.square + float(r @ (weights * r))
         )
 
+    def part(self, chosen: Sequence[int]) -> "NormalEquations":
+        """Return those of some of the terms, the others left out of the model."""
+        which = np.asarray(chosen, int)
+        return NormalEquations(self.matrix[np.ix_(which, which)], self.right[which], self.square)
+
+    def without(self, other: "NormalEquations") -> "NormalEquations":
+        """Return them without the observations of others."""
+        return NormalEquations(self.matrix - other.matrix, self.right - other.right, self.square - other.square)
+
+    def after(self, change: Array) -> "NormalEquations":
+        """Return them at coefficients changed by so much, to first order."""
+        return NormalEquations(self.matrix, self.right - self.matrix @ change, self.square_after(change))
+
+    def square_after(self, change: Array) -> float:
+        """Weighted sum of squared residuals after a change of the coefficients, to first order."""
+        return float(self.square - change @ (2.0 * self.right - self.matrix @ change))
+
     @cached_property
     def scale(self) -> Array:
         """Length of each column of √W M; 1 for a column of zeros."""
@@ -81,6 +100,24 @@ class NormalEquations:
         values, vectors = self._eigen
         return np.asarray((vectors / values) @ vectors.T / np.outer(self.scale, self.scale))
 
-    def solution(self) -> Array:
-        """Return the coefficients' change, radians."""
-        return np.asarray(self.inverse @ self.right)
+    def solution(self, damping: float = 0.0) -> Array:
+        """Return the coefficients' change, radians.
+
+        Parameters
+        ----------
+        damping : float
+            Added to the eigenvalues of the scaled matrix, so that what is seen badly changes less.
+        """
+        if damping == 0.0:
+            return np.asarray(self.inverse @ self.right)
+        values, vectors = self._eigen
+        return np.asarray(vectors @ ((vectors.T @ (self.right / self.scale)) / (values + damping)) / self.scale)
+
+    def next_damping(self, damping: float) -> float:
+        """Return a damping that is felt by what is seen worst, or more than the present one."""
+        return max(_HARDER * damping, float(self._eigen[0][0]))
+
+    def reverses(self, before: Array, change: Array) -> bool:
+        """Whether a change takes back more than half of the one before, both scaled."""
+        one, other = before * self.scale, change * self.scale
+        return bool(one @ other < -0.5 * (one @ one))

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pointing.model.functions import Real
 from pointing.model.run import PointingRun
 
 if TYPE_CHECKING:
@@ -61,6 +62,16 @@ class Outlier:
         )
 
 
+def rejection_level(n: float) -> float:
+    """Chance below which one of n observations does not belong."""
+    return _FALSE_ALARM / max(n, 1.0)
+
+
+def chance_so_far_off(t2: Real, freedom: Real) -> Real:
+    """Chance that a good observation has a larger t²: the tail of 2·F(2, ν), ν = `freedom`."""
+    return (1.0 + t2 / freedom) ** (-freedom / 2.0)
+
+
 def huber_weights(residual: Array, weight: Array, k: int) -> Array:
     """Weights (n,) after Huber: 1 near, falling with the distance beyond `_HUBER` robust σ.
 
@@ -98,7 +109,7 @@ def find_outliers(
         The run with them masked, and the outliers.
     """
     offered = run.kept & (run.weight > 0.0)
-    level = _FALSE_ALARM / max(int(np.count_nonzero(offered)), 1)
+    level = rejection_level(int(np.count_nonzero(offered)))
     current = fitted(run, True)  # noqa: FBT003 - robust
     good = offered & ~(_rough(current, offered) < level)
     seen: set[bytes] = set()
@@ -127,7 +138,7 @@ def _rough(fit: "Fit", offered: NDArray[np.bool_]) -> Array:
     freedom = max(2.0 * used.size - fit.k, 1.0) / (2.0 * used.size)
     s = float(np.median(used)) / (_MEDIAN * math.sqrt(freedom))
     nu = max(2 * (used.size - 1) - fit.k, 1)
-    return np.asarray((1.0 + (distance / max(s, 1e-15)) ** 2 / nu) ** (-nu / 2.0))
+    return np.asarray(chance_so_far_off((distance / max(s, 1e-15)) ** 2, nu))
 
 
 def _tested(fit: "Fit", good: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -143,4 +154,9 @@ def _tested(fit: "Fit", good: NDArray[np.bool_]) -> tuple[Array, Array]:
     rest = fit.square - np.where(good, square, 0.0)
     variance = np.maximum(rest, 1e-30) / np.maximum(freedom, 1.0)
     t2 = square / variance
-    return t2, np.asarray((1.0 + t2 / np.maximum(freedom, 1.0)) ** (-freedom / 2.0))
+    return t2, np.asarray(chance_so_far_off(t2, np.maximum(freedom, 1.0)))
+
+
+def sigmas_off(fit: "Fit") -> Array:
+    """How far each observation is from where the others predict it, in units of its standard deviation: (n,)."""
+    return np.sqrt(_tested(fit, fit.weight > 0.0)[0])

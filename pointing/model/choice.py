@@ -1,0 +1,286 @@
+"""Which terms a run asks for: forward and backward, by BIC and by patches of sky left out.
+
+    choice = choose_terms(run)
+    choice.fit.model, choice.path, choice.left
+
+A term is taken when it lowers the Bayesian information criterion, 2n ln(Σd²/2n) + k ln 2n with the 2n components of n
+observations (Schwarz 1978, Ann. Stat. 6, 461), by more than it must (`pointing.model.candidates`), *and* when patches
+of the sky that were left out (`pointing.model.sky_blocks`) are predicted no worse with it. Between such steps a term
+is dropped that has become needless, or exchanged for a better one; where no single one helps, two are tried together.
+All moves are judged by the normal equations of the fit so far, linear in the candidates; what is taken is fitted
+rigorously.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from itertools import combinations
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pointing.errors import PointingError
+from pointing.model.candidates import INDEX, Tier, tiers
+from pointing.model.cross_validation import CrossValidation
+from pointing.model.fit import fit
+from pointing.model.fitted import Fit
+from pointing.model.run import PointingRun
+from pointing.model.terms import Term, terms
+
+Action = Literal["begun with", "taken", "dropped", "exchanged", "left"]
+
+
+class _Move(NamedTuple):
+    """What may be done, to which term, why, and the terms afterwards."""
+
+    action: Action
+    name: str
+    why: str
+    model: tuple[Term, ...]
+
+
+_BETTER = "patches left out are predicted to {1:.2f}″ instead of {0:.2f}″"
+_MASKINGS = 3  # rounds of choosing and masking
+
+
+@dataclass(frozen=True)
+class Step:
+    """One term that was taken, dropped, exchanged or left.
+
+    Parameters
+    ----------
+    action : str
+        What was done.
+    term : str
+        Its name; of an exchange the new one.
+    delta_bic : float
+        By how much BIC changes with it; of a term that was left, as if it were added to the chosen ones.
+    cv_sky_rms_arcsec : float
+        Of patches of the sky predicted by a fit without them; infinite where such a fit is not possible.
+    sky_rms_arcsec : float
+        Of the observations themselves.
+    why : str
+        One sentence.
+    """
+
+    action: Action
+    term: str
+    delta_bic: float
+    cv_sky_rms_arcsec: float
+    sky_rms_arcsec: float
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The chosen terms, fitted, and how they were found.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of the chosen terms.
+    path : tuple of Step
+        From the first terms to the chosen ones.
+    left : tuple of Step
+        The other candidates, each as if it were added.
+    """
+
+    fit: Fit
+    path: tuple[Step, ...]
+    left: tuple[Step, ...]
+
+    @property
+    def terms(self) -> str:
+        """Names of the chosen terms."""
+        return " ".join(each.name for each in self.fit.model.terms)
+
+    @property
+    def cv_sky_rms_arcsec(self) -> float:
+        """Sky RMS of patches of the sky predicted by a fit without them."""
+        return self.path[-1].cv_sky_rms_arcsec
+
+    def __repr__(self) -> str:
+        return (
+            f"Choice({self.terms!r}, sky RMS {self.fit.sky_rms_arcsec:.2f}″, of patches left out "
+            f"{self.cv_sky_rms_arcsec:.2f}″, {len(self.left)} candidates left)"
+        )
+
+    def _repr_html_(self) -> str:
+        heads = ("", "term", "ΔBIC", "sky RMS of patches left out", "sky RMS", "why")
+        rows = "".join(_html_row(each) for each in (*self.path, *self.left))
+        return (
+            f"<table><caption>{escape(repr(self))}</caption><tr>"
+            + "".join(f"<th>{head}</th>" for head in heads)
+            + f"</tr>{rows}</table>"
+        )
+
+
+def choose_terms(
+    run: PointingRun, candidates: str | None = None, start: str = "index terms", *, outliers: bool = False
+) -> Choice:
+    """Choose the terms that a run asks for.
+
+    Parameters
+    ----------
+    run : PointingRun
+        What was observed.
+    candidates : str, optional
+        Names of the terms to try; absent, the physical ones of the mount and then low harmonics.
+    start : str
+        Names of the terms that are there in any case; `"index terms"` are IH ID or IA IE.
+    outliers : bool
+        Mask observations that do not belong: to the standard geometric terms first, then to the chosen ones.
+
+    Returns
+    -------
+    Choice
+        The chosen terms, fitted, with the path to them.
+
+    Raises
+    ------
+    PointingError
+        A name is no term of this mount, or the run is too short even for the first terms.
+    """
+    first = terms(INDEX[run.mount] if start == "index terms" else start, run.mount)
+    tried = tiers(run.mount, candidates)
+    if not outliers:
+        return _Search(run, first, tried).choice()
+    standard = [*first, *(each for each in tiers(run.mount)[0].terms if each not in first)]
+    masked = fit(run, standard if len(run) > len(standard) else first, outliers=True)
+    for _ in range(_MASKINGS):
+        choice = _Search(masked.run, first, tried).choice()
+        before, masked = masked, fit(run, choice.fit.model, outliers=True)
+        if np.array_equal(masked.run.kept, before.run.kept):
+            return replace(choice, fit=masked)
+    return replace(_Search(masked.run, first, tried).choice(), fit=masked)
+
+
+class _Search:
+    """One search: the terms so far with their fit, and what all candidates would do."""
+
+    def __init__(self, run: PointingRun, first: tuple[Term, ...], tried: tuple[Tier, ...]) -> None:
+        self.run, self.first = run, first
+        self.worth = dict.fromkeys(first, 0.0)
+        for tier in tried:
+            self.worth |= {each: tier.worth for each in tier.terms if each not in self.worth}
+        self.tiers = [[each for each in tier.terms if each not in first] for tier in tried]
+        self.seen = {frozenset(first)}
+        self.path: list[Step] = []
+        self._settle(fit(run, first))
+        self.path.append(self._step("begun with", " ".join(each.name for each in first), 0.0, "the first terms"))
+
+    def _settle(self, fitted: Fit) -> None:
+        """Go on from a fit."""
+        self.fit, self.chosen = fitted, fitted.model.terms
+        more = tuple(each for each in self.worth if each not in self.chosen)
+        wide = replace(
+            fitted.model, terms=self.chosen + more, coefficients=fitted.model.coefficients + (0.0,) * len(more)
+        )
+        self.place = {each: i for i, each in enumerate(wide.terms)}
+        self.judge = CrossValidation.of(self.run, wide)
+        self.bic, self.cv, self.rms = self._judged(self.chosen)
+
+    def _judged(self, model: tuple[Term, ...]) -> tuple[float, float, float]:
+        """BIC, sky RMS of patches left out and sky RMS of terms."""
+        columns = [self.place[each] for each in model]
+        return (
+            self.judge.bic(columns),
+            self.judge.cv_sky_rms_arcsec(columns),
+            self.judge.sky_rms_arcsec(columns),
+        )
+
+    def choice(self) -> Choice:
+        """Search tier after tier, until nothing makes it better."""
+        tried: list[Term] = []
+        for tier in self.tiers:
+            tried += tier
+            while self._stepped(self._moves(tried)) or self._stepped(self._pairs(tier)):
+                pass
+        left = [each for each in self.worth if each not in self.chosen]
+        return Choice(self.fit, tuple(self.path), tuple(self._left(each) for each in left))
+
+    def _stepped(self, offered: Iterable[_Move]) -> bool:
+        """Make the best move of those that make it better."""
+        moves = [(self._score(move.model), move) for move in offered if self._possible(move.model)]
+        now = self._score(self.chosen)
+        for score, move in sorted(moves, key=lambda pair: pair[0]):
+            if score >= now:
+                break
+            if self._made(move):
+                return True
+        return False
+
+    def _made(self, move: _Move) -> bool:
+        """Fit the terms of a move and go on from there; False where patches left out or the fit refuse it."""
+        bic, cv, _ = self._judged(move.model)
+        if move.action != "dropped" and not cv < self._allowed_cv:
+            return False
+        self.seen.add(frozenset(move.model))
+        values = dict(zip(self.chosen, self.fit.model.coefficients, strict=True))
+        begun = tuple(values.get(each, 0.0) for each in move.model)
+        try:
+            fitted = fit(self.run, replace(self.fit.model, terms=move.model, coefficients=begun))
+        except PointingError:  # terms that cannot be together; what is left says why
+            return False
+        delta, before = bic - self.bic, self.cv
+        self._settle(fitted)
+        self.path.append(self._step(move.action, move.name, delta, move.why.format(before, cv)))
+        return True
+
+    @property
+    def _allowed_cv(self) -> float:
+        """What patches left out may be predicted to: half a standard error of such an RMS, 1/√(4n), is no harm."""
+        return self.cv * (1.0 + 0.5 / math.sqrt(4.0 * self.judge.n))
+
+    def _score(self, model: tuple[Term, ...]) -> float:
+        return self.judge.bic([self.place[each] for each in model]) + sum(self.worth[each] for each in model)
+
+    def _possible(self, model: tuple[Term, ...]) -> bool:
+        return frozenset(model) not in self.seen and self.judge.separable([self.place[each] for each in model])
+
+    def _moves(self, tried: Sequence[Term]) -> Iterator[_Move]:
+        """All changes of a single term."""
+        fresh = [each for each in tried if each not in self.chosen]
+        droppable = [each for each in self.chosen if each not in self.first]
+        for each in fresh:
+            yield _Move("taken", each.name, f"{each.sentence}; {_BETTER}", (*self.chosen, each))
+        for old in droppable:
+            rest = tuple(each for each in self.chosen if each is not old)
+            yield _Move("dropped", old.name, "the others have made it needless", rest)
+            for each in fresh:
+                yield _Move(
+                    "exchanged", each.name, f"{each.sentence}, in place of {old.name}; {_BETTER}", (*rest, each)
+                )
+
+    def _pairs(self, tier: Sequence[Term]) -> Iterator[_Move]:
+        """Two terms of a tier together: each alone may be of no use, as collimation without non-perpendicularity."""
+        for one, other in combinations([each for each in tier if each not in self.chosen], 2):
+            why = f"{one.sentence}, and {other.sentence}, neither of use alone; {_BETTER}"
+            yield _Move("taken", f"{one.name} {other.name}", why, (*self.chosen, one, other))
+
+    def _step(self, action: Action, name: str, delta_bic: float, why: str) -> Step:
+        return Step(action, name, delta_bic, self.cv, self.rms, why)
+
+    def _left(self, each: Term) -> Step:
+        """What a candidate that was left would do with the chosen terms."""
+        model = (*self.chosen, each)
+        try:
+            fit(self.run, model)
+        except PointingError as error:
+            return Step("left", each.name, math.nan, math.nan, math.nan, str(error))
+        bic, cv, rms = self._judged(model)
+        delta, worth = bic - self.bic, self.worth[each]
+        if delta > -worth:
+            why = f"it explains too little: BIC changes by {delta:+.1f}, to be taken by {-worth:+.0f}"
+        elif not cv < self._allowed_cv:
+            why = f"it overfits: patches left out are predicted to {cv:.2f}″ instead of {self.cv:.2f}″"
+        else:
+            why = "it was there before, and other terms together do as well"
+        return Step("left", each.name, delta, cv, rms, why)
+
+
+def _html_row(step: Step) -> str:
+    numbers = (f"{step.delta_bic:+.1f}", f"{step.cv_sky_rms_arcsec:.2f}″", f"{step.sky_rms_arcsec:.2f}″")
+    cells = (step.action, step.term, *numbers, step.why)
+    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
