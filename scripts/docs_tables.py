@@ -88,7 +88,7 @@ def evidence(each: Term) -> str:
 TABLES: dict[tuple[Path, str], Callable[[], str]] = {
     (DOCS / "tc410.md", "registers"): registers,
     (DOCS / "configuration.md", "keys"): configuration_keys,
-    (DOCS / "pointing_models.md", "terms"): pointing_terms,
+    (DOCS / "pointing-models.md", "terms"): pointing_terms,
 }
 
 

@@ -23,7 +23,7 @@ from published_fits import (
 
 from pointing.model.fit import fit
 
-PAGE = CHECKOUT / "docs" / "pointing_models.md"
+PAGE = CHECKOUT / "docs" / "pointing-models.md"
 HEAD = ("run", "stars", "what", "published", "ours", "difference")
 
 

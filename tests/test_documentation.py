@@ -80,10 +80,10 @@ def test_the_examples_of_the_page_on_pointing_models_run_in_their_order(tmp_path
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     write_tpoint(simulated_run("fork", 40.0, TRUTH["fork"], 40, np.random.default_rng(1)).run, tmp_path / "run.dat")
-    page = (CHECKOUT / "docs" / "pointing_models.md").read_text(encoding="utf-8")
+    page = (CHECKOUT / "docs" / "pointing-models.md").read_text(encoding="utf-8")
     names: dict[str, object] = {}
     for block in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL):
-        exec(compile(block, "docs/pointing_models.md", "exec"), names)  # noqa: S102 - our own page
+        exec(compile(block, "docs/pointing-models.md", "exec"), names)  # noqa: S102 - our own page
     plt.close("all")
     assert (tmp_path / "model.mod").read_text(encoding="utf-8").startswith("Pointing run")
     assert len(names["table"]) == 40

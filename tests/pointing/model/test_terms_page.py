@@ -10,7 +10,7 @@ from pointing.model.place import Frame, Place
 from pointing.model.terms import term
 
 CHECKOUT = Path(__file__).resolve().parents[3]
-PAGE = CHECKOUT / "docs" / "pointing_models.md"
+PAGE = CHECKOUT / "docs" / "pointing-models.md"
 SMALL = 1e-7
 FUNCTIONS = {"sin": math.sin, "cos": math.cos, "tan": math.tan, "sec": lambda angle: 1.0 / math.cos(angle)}
 ROW = re.compile(r"\| `(\w+)` \| ([^|]+) \| [^|]+ \| ([^|]+) \|")
