@@ -25,6 +25,8 @@ from pointing.model.terms import Term, terms
 
 _ROUNDS = 200  # of undoing one term; each gains as many digits as the coefficient is small against the sky
 _SETTLED = 1e-15  # rad; two rounds that differ by less on the sky are the same
+_NEWTON_ROUNDS = 6
+_QUADRATIC = 1e-13  # a Newton step whose square is below this, in units of cos² lat, was the last that counts
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,8 @@ class PointingModel:
             No place of the telescope points on the star (floats only): it is in the blind spot about the pole of
             axis 1 that collimation and non-perpendicularity leave.
         """
+        if isinstance(lat, float) and (found := self._newton(lon, lat)) is not None:
+            return found[0]
         for _, each, coefficient in reversed(self._sequence):
             if coefficient:
                 lon, lat = _undone(self.frame, each, coefficient, lon, lat)
@@ -180,6 +184,28 @@ class PointingModel:
                 "non-perpendicularity keeps out of reach: wait until the target has passed"
             )
         return lon, lat
+
+    def _newton(self, lon: float, lat: float) -> tuple[tuple[float, float], tuple[float, float, float, float]] | None:
+        """Solve for the telescope by Newton's method; with the derivatives there, `Jacobian.along`.
+
+        Each step squares the error, so the derivatives are those of the place to as much as the last step was. None
+        where it does not settle on this side of the pole of axis 1: there the terms are undone one by one.
+        """
+        first = self.star(lon, lat)
+        at, up = 2.0 * lon - first[0], 2.0 * lat - first[1]
+        for _ in range(_NEWTON_ROUNDS):
+            star_lon, star_lat, jacobian = self.star_and_jacobian(at, up)
+            a, b, c, d = jacobian.along
+            determinant = a * d - b * c
+            if not determinant:
+                return None
+            off1, off2 = math.cos(star_lat) * (lon - star_lon), lat - star_lat
+            step1, step2 = (d * off1 - b * off2) / determinant, (a * off2 - c * off1) / determinant
+            cosine = math.cos(up)
+            at, up = at + step1 / cosine, up + step2
+            if step1 * step1 + step2 * step2 < _QUADRATIC * cosine * cosine:
+                return ((at, up), jacobian.along) if cosine * math.cos(lat) > 0.0 else None
+        return None
 
     def telescope_and_rates(
         self, lon: float, lat: float, lon_rate: float, lat_rate: float
@@ -203,12 +229,20 @@ class PointingModel:
         Unreachable
             As for `telescope`.
         """
-        lon, lat = self.telescope(lon, lat)
-        _, _, jacobian = self.star_and_jacobian(lon, lat)
-        a, b, c, d = jacobian.along
+        (lon, lat), (across, upwards) = self.telescope_and_motion(lon, lat, lon_rate, lat_rate)
+        return (lon, lat), (across / math.cos(lat), upwards)
+
+    def telescope_and_motion(
+        self, lon: float, lat: float, lon_rate: float, lat_rate: float
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """As `telescope_and_rates`, with the telescope's motion on the sky: (cos lat · dlon/dt, dlat/dt)."""
+        found = self._newton(lon, lat)
+        if found is None:
+            lon, lat = self.telescope(lon, lat)
+            found = (lon, lat), self.star_and_jacobian(lon, lat)[2].along
+        place, (a, b, c, d) = found
         determinant = a * d - b * c
-        across = (d * lon_rate - b * lat_rate) / determinant
-        return (lon, lat), (across / math.cos(lat), (a * lat_rate - c * lon_rate) / determinant)
+        return place, ((d * lon_rate - b * lat_rate) / determinant, (a * lat_rate - c * lon_rate) / determinant)
 
 
 def _undone(frame: Frame, term: Term, coefficient: float, lon: Real, lat: Real) -> tuple[Real, Real]:

@@ -73,8 +73,13 @@ class Term:
 
     @property
     def rank(self) -> int:
-        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last."""
-        if all(isinstance(factor, Beyond) for factor in self.factors):
+        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last.
+
+        Before all others stands what differs between the sides of the pier: the encoder tells the side.
+        """
+        if self.factors and all(isinstance(factor, Beyond) for factor in self.factors):
+            return -1
+        if not self.factors:
             return _RANK.get(self.result, len(_RANK))
         return len(_RANK)
 
