@@ -39,9 +39,12 @@ POSTURES: tuple[Posture, Posture] = ("normal", "beyond")
 
 _FARTHEST_ORIGIN = math.pi / 4
 _SAME_SITE = math.radians(0.1)  # a model's latitude matters to its flexure, to 0.2 % at that
-_ORIGIN = "a pointing origin beside the tube's axis", "take another instrument, or wait until the target has passed"
+_ORIGIN = (
+    "a pointing origin {blind:.4f}° beside the tube's axis does not come",
+    "take another instrument, or wait until the target has passed",
+)
 _MODEL = (
-    "the tube, by collimation and non-perpendicularity of the pointing model and the pointing origin,",
+    "the tube, by the pointing model's collimation and non-perpendicularity, comes no nearer than {blind:.4f}°",
     "wait until the target has passed",
 )
 

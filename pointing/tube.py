@@ -47,7 +47,7 @@ class Tube:
     index1, index2 : tuple of float
         Added to an axis's angle in normal posture and beyond, radians; that of axis 2 with the pointing origin.
     aside : str
-        What it is that looks aside, for refusals, and what helps.
+        For refusals: what does not come to the pole within `{blind}` degrees, and what helps.
     """
 
     zero: float
@@ -182,7 +182,6 @@ class Tube:
             blind, here = (math.degrees(math.asin(min(sine, 1.0))) for sine in (self._blind, rho))
             what, remedy = self.aside
             raise Unreachable(
-                f"the place is {here:.4f}° from the pole of axis 1, where {what} does not come nearer than "
-                f"{blind:.4f}°: {remedy}"
+                f"the place is {here:.4f}° from the pole of axis 1, where {what.format(blind=blind)}: {remedy}"
             )
         return math.sqrt(reach2)
