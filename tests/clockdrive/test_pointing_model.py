@@ -11,6 +11,7 @@ from sky_bench import MOUNTS, Sky, crooked, standing
 from telescope_bench import T0, star_at, telescope
 
 from clockdrive import assembly
+from clockdrive.cli.display import plan_text
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, Refused
 from mounts.true_mount import TrueMount, separation_arcsec
@@ -213,3 +214,35 @@ def test_a_model_that_is_wrong_is_refused_with_file_line_and_remedy_before_anyth
     (tmp_path / "telescope.toml").write_text('[mount]\npointing_model = "model.mod"\n', encoding="utf-8")
     with pytest.raises(ConfigurationError, match=rf"(?s)mount\.pointing_model: .*{said}"):
         assembly.planner(load(tmp_path / "telescope.toml", {}))
+
+
+def test_a_plan_brings_its_error_budget(tmp_path):
+    """A perfect clock, an air that is only configured, and a model whose fit left 2.913″."""
+    with telescope(tmp_path, **modelled(tmp_path, TERMS["equatorial"])) as scope:
+        found = scope.plan(star_at(scope, 75.0, 52.0))["budget"]
+    arcsec = {each["name"]: each["arcsec"] for each in found["sources"]}
+    assert list(arcsec) == [
+        "pointing model",
+        "what the model leaves",
+        "refraction",
+        "clock",
+        "UT1",
+        "counts",
+        "drive",
+    ]
+    assert arcsec["what the model leaves"] == 2.913
+    assert arcsec["clock"] == 0.0
+    assert arcsec["refraction"] == pytest.approx(45.4 * math.hypot(10.0 / 1009.6, 10.0 / 287.9), rel=0.05)
+    assert found["unknown"] == []
+    assert found["total_arcsec"] == pytest.approx(math.hypot(*arcsec.values()), abs=0.002)
+    (line,) = (line for line in plan_text(scope_plan(found)).splitlines() if "error budget" in line)
+    assert line.strip().startswith(
+        f"error budget {found['total_arcsec']:.2f}″: what the model leaves 2.91″, refraction"
+    )
+
+
+def scope_plan(budget):
+    """As much of a plan as its display needs."""
+    place = dict.fromkeys(("azimuth_deg", "altitude_deg", "hour_angle_deg", "declination_deg"), 0.0)
+    words = {"target": "M1", "start_utc": "", "arrival_utc": "", "posture": "normal", "eta_s": 0.0}
+    return {**words, "observed": place, "axes": [], "checks": [], "budget": budget}
