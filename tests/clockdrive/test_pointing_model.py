@@ -7,7 +7,7 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from sky_bench import MOUNTS, Sky, crooked, standing
+from sky_bench import ARCSEC, MOUNTS, Sky, crooked, standing
 from telescope_bench import T0, star_at, telescope
 
 from clockdrive import assembly
@@ -15,6 +15,8 @@ from clockdrive.cli.display import plan_text
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, Refused
 from mounts.true_mount import TrueMount, separation_arcsec
+from pointing.instant import Instant
+from pointing.rate_offset import RateOffsetTarget
 
 X, Y, COLLIMATION, SKEW, FLEXURE = 150.0, -110.0, 90.0, -40.0, 20.0
 CROOKED = {
@@ -100,6 +102,37 @@ def test_it_tracks_through_the_model(tmp_path):
             worst = max(worst, math.hypot(*sky.off(target)))
     print(f"worst in ten minutes {worst:.2f}″")
     assert worst < 0.3
+
+
+def test_a_flip_goes_on_with_the_same_target_on_the_other_side_of_the_pier(tmp_path):
+    """What changes its sign beyond the pole does, and what does not does not."""
+    with telescope(tmp_path, mount__type="german", **CROOKED, **modelled(tmp_path, TERMS["equatorial"])) as scope:
+        sky, target, off = Sky(scope), star_at(scope, 0.0, 67.6), {}
+        scope.goto(target)
+        scope.wait(20.0)
+        off[scope.status()["posture"]] = math.hypot(*sky.off(target))
+        scope.flip()
+        scope.wait(20.0)
+        off[scope.status()["posture"]] = math.hypot(*sky.off(target))
+    print(f"off the true place: {off}")
+    assert set(off) == {"normal", "beyond"}
+    assert max(off.values()) < 0.3
+
+
+@pytest.mark.parametrize("kind", ["equatorial-fork", "altaz-fork"])
+def test_a_fast_target_is_led_through_the_model(kind, tmp_path):
+    """A tenth of a degree a second: met with its velocity and followed by direct speed control."""
+    with telescope(tmp_path, mount__type=kind, **CROOKED, **modelled(tmp_path, terms_of(kind))) as scope:
+        sky, worst = Sky(scope), 0.0
+        star = star_at(scope, 75.0, 40.0)
+        target = RateOffsetTarget(star, 300.0 * ARCSEC, 200.0 * ARCSEC, Instant.from_posix(scope.clock.now()))
+        scope.goto(target)
+        for _ in range(10):
+            scope.wait(3.0)
+            worst = max(worst, math.hypot(*sky.off(target)))
+        assert scope.status()["led"]
+    print(f"{kind}: worst in half a minute {worst:.2f}″")
+    assert worst < 1.0
 
 
 def misled(scope, sky, arcsec):
