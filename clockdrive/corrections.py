@@ -20,6 +20,7 @@ from pointing.mount import Mount
 from pointing.planner import Planner
 
 if TYPE_CHECKING:
+    from pointing.model.model_on_file import ModelOnFile
     from pointing.model.pointing_model import PointingModel
 
 SYNC = "sync"
@@ -98,11 +99,20 @@ def _model(mount: Mount, model: "PointingModel", angles: tuple[float, float], ti
         return row
     return {
         **row,
-        "origin": model.text,
+        "origin": f"{model.text}{_changed(model)}",
         "file": str(model.path),
         "utc": utc(model.modified),
         "age_s": time - model.modified,
     }
+
+
+def _changed(model: "ModelOnFile") -> str:
+    """Whether the file is another one by now; what was read goes on."""
+    try:
+        same = model.path.stat().st_mtime == model.modified
+    except OSError:
+        return "; the file is gone since it was read"
+    return "" if same else "; the file has changed since it was read: close the telescope and open it again"
 
 
 def _air(configuration: Configuration, around: Surroundings, time: float) -> str:

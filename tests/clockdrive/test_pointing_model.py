@@ -4,6 +4,7 @@ The simulator's mount is crooked and worked out with matrices; the model file na
 """
 
 import math
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -206,6 +207,21 @@ def test_the_model_stands_in_the_ledger_with_file_terms_and_age_and_cannot_be_cl
     assert found["file"] == str(path)
     assert found["terms_arcsec"] == pytest.approx(TERMS["equatorial"])
     assert 50.0 < found["value"] < 400.0
+
+
+def test_a_file_that_changes_while_the_telescope_is_open_is_told_and_not_applied(tmp_path):
+    path = written(tmp_path, TERMS["equatorial"])
+    with telescope(tmp_path, mount__pointing_model=str(path)) as scope:
+        before = row(scope, "pointing model")
+        written(tmp_path, {"CH": 500.0})
+        os.utime(path, (T0, T0))
+        changed = row(scope, "pointing model")
+        path.unlink()
+        gone = row(scope, "pointing model")
+    told = "the file has changed since it was read: close the telescope and open it again"
+    assert changed["origin"] == f"{before['origin']}; {told}"
+    assert gone["origin"].endswith("the file is gone since it was read")
+    assert before["terms_arcsec"] == changed["terms_arcsec"] == gone["terms_arcsec"]
 
 
 def test_without_a_model_the_ledger_has_none(tmp_path):
