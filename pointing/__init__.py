@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pointing.instant import Instant
     from pointing.limits import Horizon, Limits
     from pointing.minor_body import MinorBody
+    from pointing.model.own_term import own_term
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
@@ -57,6 +58,7 @@ _HOME = {
     "Unreachable": "pointing.errors",
     "Weather": "pointing.site",
     "find": "pointing.catalogue",
+    "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
     "read_tle": "pointing.tle",
 }
@@ -90,6 +92,7 @@ __all__ = [
     "Unreachable",
     "Weather",
     "find",
+    "own_term",
     "passes",
     "read_tle",
 ]

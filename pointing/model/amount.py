@@ -1,12 +1,17 @@
 """How much of a term there is at a place: a product of sines, cosines, tangents and powers of the place's angles."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
+
+import numpy as np
 
 from pointing.model.functions import Real
 from pointing.model.place import Angle, Place
 
+_HORIZON = math.cos(math.radians(89.0))  # least cosine of a tangent
+_EVERY_7_5 = np.linspace(-math.pi, math.pi, 49)
 _STEP = 1e-5  # rad, of the central differences by which a user's function is differentiated: error 1e-10 of it
 
 
@@ -17,7 +22,8 @@ class Factor:
     Parameters
     ----------
     function : {"S", "C", "T", "P"}
-        Sine, cosine, tangent; P is the power.
+        Sine, cosine, tangent; P is the power. The tangent is sin/cos with a cosine not below that of 89°: beyond it,
+        and below a horizon, it is 57.3 times the sine.
     letter : str
         The angle: H, D, A, E, Z or Q.
     number : int
@@ -36,6 +42,11 @@ class Factor:
             return f"{self.letter}{times and '^'}{times}"
         return f"{_WORDS[self.function]} {times}{self.letter}"
 
+    @property
+    def largest(self) -> float:
+        """Of its absolute values, angles within a turn."""
+        return {"P": math.tau**self.number, "T": 1.0 / _HORIZON}.get(self.function, 1.0)
+
     def __call__(self, place: Place) -> Angle:
         """Value and gradient (∂/∂lon, ∂/∂lat) at a place."""
         angle, by_lon, by_lat = place.angle(self.letter)
@@ -47,8 +58,10 @@ class Factor:
         elif self.function == "C":
             value, slope = f.cos(n * angle), -n * f.sin(n * angle)
         else:
-            value = f.sin(n * angle) / f.cos(n * angle)
-            slope = n * (1.0 + value * value)
+            sine, cosine = f.sin(n * angle), f.cos(n * angle)
+            held = f.at_least(cosine, _HORIZON)
+            value = sine / held
+            slope = n * (cosine / held + value * value * (cosine > _HORIZON))
         return value, slope * by_lon, slope * by_lat
 
 
@@ -61,6 +74,12 @@ class OwnFunction:
 
     function: Callable[[Real, Real], Real]
     text: str = "a function of the user's"
+
+    @cached_property
+    def largest(self) -> float:
+        """Of its absolute values, half as much again as there is at places 7.5° apart."""
+        lon, lat = np.meshgrid(_EVERY_7_5, _EVERY_7_5)
+        return 1.5 * float(np.nanmax(np.abs(self.function(lon, lat))))
 
     def __call__(self, place: Place) -> Angle:
         """Value and gradient at a place, the gradient by central differences."""
@@ -75,6 +94,7 @@ class Beyond:
     """One beyond the pole, else nothing: what differs between the sides of a pier."""
 
     text: str = "beyond the pole"
+    largest: float = 1.0
 
     def __call__(self, place: Place) -> Angle:
         """Value and gradient at a place."""
@@ -88,6 +108,11 @@ def amount(factors: Factors, place: Place) -> Angle:
     """Product of the factors, with its gradient."""
     first = factors[0](place)
     return first if len(factors) == 1 else reduce(_times, (factor(place) for factor in factors[1:]), first)
+
+
+def largest(factors: Factors) -> float:
+    """Bound of the product's absolute values."""
+    return math.prod(factor.largest for factor in factors)
 
 
 def _times(one: Angle, other: Angle) -> Angle:

@@ -1,25 +1,31 @@
-"""Terms that no observation can tell apart, told by name before and after a fit has seen the run."""
+"""Terms that no observation can tell apart, told by name before and after a fit has seen the run.
 
+Before: the first-order effects of the terms at coefficients of zero, at places all over the sky in both postures. A
+term whose effect is a combination of others' there has it everywhere. After: the combination that the run itself did
+not see.
+"""
+
+import math
 from collections.abc import Sequence
-from itertools import combinations
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pointing.errors import PointingError
-from pointing.model.amount import Beyond, Factor, OwnFunction
-from pointing.model.place import MountKind
+from pointing.model.place import Frame
+from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import Term
 
-_SETS: tuple[tuple[frozenset[str], str], ...] = (
-    (frozenset({"IA", "ECES", "NRX"}), "NRX displaces like −IA and −ECES together"),
-    (frozenset({"NPAE", "ECEC", "NRY"}), "NRY displaces like NPAE and ECEC together"),
-    (frozenset({"NP", "HCEC", "DAF"}), "DAF displaces like NP and HCEC together"),
-)
-_TOLD_APART = 0.1  # share of a term in the unseen combination below which it is not to blame
+Array = NDArray[np.float64]
+
+_PLACES = 90  # in each posture
+_LOWEST, _HIGHEST = math.radians(5.0), math.radians(87.0)  # elevations
+_SAME = 1e-9  # of an effect; what is left of it beside the others' when it is a combination of them
+_TOLD_APART = 0.1  # share of a term in the unseen combinations below which it is not to blame
 
 
-def refuse_degenerate(terms: Sequence[Term], kind: MountKind) -> None:
+def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
     """Refuse free terms that are the same whatever is observed.
 
     Raises
@@ -27,17 +33,39 @@ def refuse_degenerate(terms: Sequence[Term], kind: MountKind) -> None:
     PointingError
         Names the terms, why they are the same, and what to leave out.
     """
-    for one, other in combinations(terms, 2):
-        if _same(one, other, kind):
-            raise PointingError(f"{one.name} and {other.name} are one term under two names: leave one of them out")
-    names = {each.name for each in terms}
-    for together, why in _SETS:
-        if together <= names:
-            listed = ", ".join(each.name for each in terms if each.name in together)
-            raise PointingError(f"{listed} cannot be told apart: {why}; leave one of them out or hold it fixed")
+    found = combination(terms, frame)
+    if found is None:
+        return
+    term, others = found
+    like = " and ".join(_multiple(factor, other.name) for other, factor in others)
+    names = ", ".join([*(other.name for other, _ in others), term.name])
+    raise PointingError(
+        f"{names} cannot be told apart: {term.name} displaces like {like} everywhere; leave one of "
+        "them out or hold it fixed"
+    )
 
 
-def refuse_inseparable(terms: Sequence[Term], shares: NDArray[np.float64], n: int) -> None:
+def combination(terms: Sequence[Term], frame: Frame) -> tuple[Term, tuple[tuple[Term, float], ...]] | None:
+    """Return the first term that is a combination of those before it, and the factors of these; None without one."""
+    terms = [term for term in terms if _effect(term, frame).any()]  # without effect here: the run will tell
+    if not terms:
+        return None
+    effects = np.stack([_effect(term, frame) for term in terms], axis=1)
+    sizes = np.linalg.norm(effects, axis=0)
+    triangle = np.asarray(np.linalg.qr(effects / sizes, mode="r"))
+    left = np.flatnonzero(np.abs(np.diag(triangle)) < _SAME)
+    if not left.size:
+        return None
+    j = int(left[0])
+    shares = np.linalg.solve(triangle[:j, :j], triangle[:j, j])
+    factors = shares * sizes[j] / sizes[:j]
+    taking_part = np.abs(shares) > math.sqrt(_SAME)
+    return terms[j], tuple(
+        (other, float(factor)) for other, factor, takes in zip(terms, factors, taking_part, strict=False) if takes
+    )
+
+
+def refuse_inseparable(terms: Sequence[Term], shares: Array, n: int) -> None:
     """Refuse free terms that this run does not tell apart.
 
     Parameters
@@ -45,7 +73,7 @@ def refuse_inseparable(terms: Sequence[Term], shares: NDArray[np.float64], n: in
     terms : sequence of Term
         The free terms.
     shares : (k,) array
-        Of each in the combination that the run does not see.
+        Of each in the combinations that the run does not see.
     n : int
         Observations.
 
@@ -65,24 +93,29 @@ def refuse_inseparable(terms: Sequence[Term], shares: NDArray[np.float64], n: in
     )
 
 
-def _same(one: Term, other: Term, kind: MountKind) -> bool:
-    """Whether two terms have the same effect, the sign apart; TF of an altazimuth mount is ECEC."""
-    return _canonical(one, kind) == _canonical(other, kind)
+def _multiple(factor: float, name: str) -> str:
+    """As it stands in a sum: −0.766·HCEC."""
+    sign = "−" if factor < 0.0 else ""
+    return f"{sign}{name}" if math.isclose(abs(factor), 1.0, rel_tol=1e-6) else f"{sign}{abs(factor):.3g}·{name}"
 
 
-def _canonical(term: Term, kind: MountKind) -> tuple[object, ...]:
-    """Result and factors, vertical displacements of an altazimuth mount written as elevation ones."""
-    result, factors = term.same_as
-    if kind == "altazimuth" and result == "Z":
-        result, factors = "E", tuple(_from_zenith(factor) for factor in factors)
-    return result, frozenset(factors), len(factors)
+@lru_cache(maxsize=1024)
+def _effect(term: Term, frame: Frame) -> Array:
+    """On-sky displacements by a coefficient of one at first order: (4·places,)."""
+    lon, lat = _places(frame)
+    _, _, jacobian = PointingModel(frame.kind, frame.latitude, (term,), (0.0,)).star_and_jacobian(lon, lat)
+    along, up, _ = np.broadcast_arrays(*jacobian.by_coefficient[0], lon)
+    return np.concatenate((along, up))
 
 
-_COMPLEMENT = {"S": "C", "C": "S"}
-
-
-def _from_zenith(factor: Factor | OwnFunction | Beyond) -> Factor | OwnFunction | Beyond:
-    """A factor of Z as one of E where that is one: sin Z = cos E, cos Z = sin E."""
-    if isinstance(factor, Factor) and factor.letter == "Z" and factor.number == 1 and factor.function in _COMPLEMENT:
-        return Factor(_COMPLEMENT[factor.function], "E")
-    return factor
+@cache
+def _places(frame: Frame) -> tuple[Array, Array]:
+    """Mechanical coordinates of places spread evenly over the sky, in both postures."""
+    i = np.arange(_PLACES)
+    azimuth = math.pi * (3.0 - math.sqrt(5.0)) * i
+    elevation = np.arcsin(np.interp((i + 0.5) / _PLACES, (0.0, 1.0), (math.sin(_LOWEST), math.sin(_HIGHEST))))
+    lon, lat = azimuth, elevation
+    if frame.equatorial:  # azimuth and elevation are hour angle and declination with the poles exchanged
+        turned = Frame("altazimuth", frame.latitude).place(azimuth, elevation)
+        lon, lat = turned.angle("H")[0], turned.angle("D")[0]
+    return np.concatenate((lon, lon + math.pi)), np.concatenate((lat, math.pi - lat))

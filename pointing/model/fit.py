@@ -22,7 +22,7 @@ from pointing.model.normal_equations import NormalEquations
 from pointing.model.outliers import Outlier, find_outliers, huber_weights
 from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun
-from pointing.model.terms import PIER_TERMS, Term, terms
+from pointing.model.terms import PIER_TERMS, Term, term, terms
 
 Array = NDArray[np.float64]
 
@@ -34,9 +34,9 @@ _ROBUST_ROUNDS = 30
 
 def fit(
     run: PointingRun,
-    model: str | Sequence[Term] | PointingModel,
+    model: str | Sequence[Term | str] | PointingModel,
     *,
-    fixed: Mapping[str, float] | Sequence[str] = (),
+    fixed: Mapping[str, float] | Sequence[str] | str = (),
     robust: bool = False,
     outliers: bool = False,
     by_pier: bool = False,
@@ -47,10 +47,10 @@ def fit(
     ----------
     run : PointingRun
         What was observed; masked observations and those of weight 0 take no part.
-    model : str, sequence of Term or PointingModel
+    model : str, sequence of Term or str, or PointingModel
         The terms in their order, as in `"IH ID CH"`; a model also gives where to start.
-    fixed : mapping or sequence of str
-        Terms that keep their coefficient: arcseconds by name, or names of a model's terms.
+    fixed : mapping, str or sequence of str
+        Terms that keep their coefficient: arcseconds by name, or names of a model's terms, as in `"CH NP"`.
     robust : bool
         Weigh down observations that lie far off, after Huber.
     outliers : bool
@@ -72,7 +72,7 @@ def fit(
     if by_pier:
         start = _with_pier_terms(run, start)
     start, free = _held(start, fixed)
-    refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.kind)
+    refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.frame)
     _refuse_too_few(int(np.count_nonzero(run.kept & (run.weight > 0.0))), int(free.sum()))
     found: tuple[Outlier, ...] = ()
     if outliers:
@@ -80,12 +80,15 @@ def fit(
     return replace(_settled(run, start, free, robust=robust), outliers=found)
 
 
-def _start(run: PointingRun, model: str | Sequence[Term] | PointingModel) -> PointingModel:
+def _start(run: PointingRun, model: str | Sequence[Term | str] | PointingModel) -> PointingModel:
     if isinstance(model, PointingModel):
         if model.kind != run.mount:
             raise PointingError(f"the model is for an {model.kind} mount, the run is of an {run.mount} one")
         return replace(model, latitude=run.latitude)
-    listed = terms(model, run.mount) if isinstance(model, str) else tuple(model)
+    if isinstance(model, str):
+        listed = terms(model, run.mount)
+    else:
+        listed = tuple(term(each, run.mount) if isinstance(each, str) else each for each in model)
     return PointingModel(run.mount, run.latitude, listed, (0.0,) * len(listed), run.caption)
 
 
@@ -100,11 +103,11 @@ def _with_pier_terms(run: PointingRun, start: PointingModel) -> PointingModel:
 
 
 def _held(
-    start: PointingModel, fixed: Mapping[str, float] | Sequence[str]
+    start: PointingModel, fixed: Mapping[str, float] | Sequence[str] | str
 ) -> tuple[PointingModel, NDArray[np.bool_]]:
     """The model with its fixed coefficients, and which of its terms are free."""
     wanted = {name.upper(): value for name, value in fixed.items()} if isinstance(fixed, Mapping) else None
-    names = [name.upper() for name in fixed]
+    names = [name.upper() for name in (fixed.replace(",", " ").split() if isinstance(fixed, str) else fixed)]
     there = [each.name for each in start.terms]
     absent = [name for name in names if name not in there]
     if absent:

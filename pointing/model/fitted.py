@@ -163,6 +163,8 @@ class Fit:
         _, _, jacobian = self.model.star_and_jacobian(lon, lat)
         free = [pair for pair, is_free in zip(jacobian.by_coefficient, self.free, strict=True) if is_free]
         shape = np.shape(lat)
+        if not free:
+            return np.zeros(shape)
         rows = np.array([[np.broadcast_to(part, shape) for part in pair] for pair in free])  # (k, 2, …)
         variance = np.einsum("ic...,ij,jc...->...", rows, self.covariance, rows)
         return np.sqrt(variance)

@@ -22,6 +22,9 @@ class Functions:
     root: Callable[[Real], Real]  # nan of a negative number
     copysign: Callable[[Real, Real], Real]
     at_least: Callable[[Real, float], Real]
+    between: Callable[[Real, Real, Real], Real]  # low, value, high: the value, held within
+    ratio: Callable[[Real, Real], Real]  # 0 where the divisor is 0
+    only: Callable[[Real, Real], Real]  # condition, value: nan where the condition does not hold
 
 
 def _root(value: float) -> float:
@@ -32,8 +35,35 @@ def _roots(values: Real) -> Real:
     return np.sqrt(np.where(values >= 0.0, values, np.nan))
 
 
-SCALAR = Functions(math.sin, math.cos, math.atan2, math.hypot, _root, math.copysign, max)
-ARRAY = Functions(np.sin, np.cos, np.arctan2, np.hypot, _roots, np.copysign, np.maximum)
+def _between(low: float, value: float, high: float) -> float:
+    return value if math.isnan(value) else min(max(value, low), high)
+
+
+def _all_between(low: Real, values: Real, high: Real) -> Real:
+    return np.clip(values, low, high)
+
+
+def _ratio(one: float, other: float) -> float:
+    return one / other if other else 0.0
+
+
+def _ratios(ones: Real, others: Real) -> Real:
+    there = others != 0.0
+    return np.where(there, ones / np.where(there, others, 1.0), 0.0)
+
+
+def _only(condition: bool, value: float) -> float:
+    return value if condition else math.nan
+
+
+def _all_only(condition: Real, values: Real) -> Real:
+    return np.where(condition, values, np.nan)
+
+
+SCALAR = Functions(math.sin, math.cos, math.atan2, math.hypot, _root, math.copysign, max, _between, _ratio, _only)
+ARRAY = Functions(
+    np.sin, np.cos, np.arctan2, np.hypot, _roots, np.copysign, np.maximum, _all_between, _ratios, _all_only
+)
 
 
 def functions_of(value: Real) -> Functions:

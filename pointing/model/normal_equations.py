@@ -40,7 +40,7 @@ class NormalEquations:
 
     def added(self, residual: Array, design: Array, weight: Array) -> "NormalEquations":
         """Return them with more observations: residual (2, n), design (2, n, k), weight (n,)."""
-        flat = design.reshape(-1, design.shape[-1])
+        flat = design.reshape(residual.size, design.shape[-1])
         weights = np.concatenate((weight, weight))
         weighted = flat * weights[:, None]
         r = residual.ravel()
@@ -68,11 +68,12 @@ class NormalEquations:
         return float(np.sqrt(values[-1] / values[0])) if values[0] > 0.0 else float("inf")
 
     def inseparable(self) -> Array | None:
-        """Return the share of each term in the combination that the observations do not see, or None."""
+        """Return the share of each term in the combinations that the observations do not see, or None."""
         if not self.scale.size:
             return None
         values, vectors = self._eigen
-        return np.abs(vectors[:, 0]) if values[0] < SINGULAR * values[-1] else None
+        unseen = vectors[:, values < SINGULAR * values[-1]]
+        return np.linalg.norm(unseen, axis=1) if unseen.size else None
 
     @cached_property
     def inverse(self) -> Array:

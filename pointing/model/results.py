@@ -6,15 +6,17 @@ it, because a vertical displacement belongs to the sky.
 
 First-order checks (equatorial Δh, Δδ; altazimuth ΔA, ΔE) stand in the table of `pointing.model.terms`. Each motion
 comes with its partial derivatives by lon, lat and γ and with its inverse at a given γ; all are closed forms, but for
-the inverse of the Nasmyth displacements, which is solved by Newton's method.
+the inverse of the Nasmyth displacements, which is solved for.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from pointing.model.functions import Real
 from pointing.model.place import MountKind, Place
+from pointing.model.root import solve
 
 Coordinates = tuple[Real, Real]
 
@@ -202,8 +204,12 @@ def _vertical(place: Place, amount: Real) -> Step:
 
 
 def _vertical_back(place: Place, amount: Real) -> Coordinates:
+    """Inverse; out of reach where the place before would be beyond the zenith or the nadir."""
+    f = place.functions
+    z = place.angle("Z")[0]
     step = _vertical(place, -amount)
-    return step.lon, step.lat
+    there = (z >= amount) & (z - amount <= math.pi)
+    return f.only(there, step.lon), f.only(there, step.lat)
 
 
 def _nasmyth_x(place: Place, amount: Real) -> Step:
@@ -233,10 +239,13 @@ def _nasmyth_y(place: Place, amount: Real) -> Step:
 def _displaced(
     place: Place, vector: tuple[Real, Real, Real], by_lat: tuple[Real, Real, Real], by_amount: tuple[Real, Real, Real]
 ) -> Step:
-    """From components along the place's meridian plane, across it and up, and their derivatives."""
+    """From components along the place's meridian plane, across it and up, and their derivatives.
+
+    The new place is on the side of the zenith on which it comes to lie, as with an index error in elevation.
+    """
     f = place.functions
     r, e, z = vector
-    side = f.copysign(1.0, place.cos_lat)
+    side = f.copysign(1.0, r)
     new = side * f.hypot(r, e)
     new2 = new * new
     return Step(
@@ -249,16 +258,16 @@ def _displaced(
     )
 
 
-def _newton_back(motion: Motion) -> Return:
-    """Inverse of a motion that is the same at every lon: solved for lat, quadratically from the place itself."""
+def _solved_back(motion: Motion) -> Return:
+    """Inverse of a motion that is the same at every lon: solved for lat, then lon is turned back."""
+
+    def too_low(place: Place, lat: Real, amount: Real) -> Real:
+        return place.lat - motion(place.frame.place(place.lon, lat), amount).lat
 
     def back(place: Place, amount: Real) -> Coordinates:
-        lat = place.lat
-        for _ in range(8):
-            step = motion(place.frame.place(place.lon, lat), amount)
-            lat = lat - (step.lat - place.lat) / step.lat_lat
-        step = motion(place.frame.place(place.lon, lat), amount)
-        return place.lon - (step.lon - place.lon), lat
+        reach = 2.0 * abs(amount)
+        lat = solve(too_low, place, amount, place.lat, (place.lat - reach, place.lat + reach))
+        return place.lon - (motion(place.frame.place(place.lon, lat), amount).lon - place.lon), lat
 
     return back
 
@@ -289,8 +298,8 @@ RESULTS: dict[str, Result] = {
         Result("N", "azimuth axis, to the north", _ALTAZ, 1.0, *_tilt(lambda at: (-at.cos_lon, at.sin_lon))),
         Result("W", "azimuth axis, to the west", _ALTAZ, 1.0, *_tilt(lambda at: (at.sin_lon, at.cos_lon))),
         Result("V", "az-el non-perpendicularity", _ALTAZ, -1.0, _perpendicular, _perpendicular_back),
-        Result("NRX", "Nasmyth rotator, horizontally", _ALTAZ, 1.0, _nasmyth_x, _newton_back(_nasmyth_x)),
-        Result("NRY", "Nasmyth rotator, vertically", _ALTAZ, 1.0, _nasmyth_y, _newton_back(_nasmyth_y)),
+        Result("NRX", "Nasmyth rotator, horizontally", _ALTAZ, 1.0, _nasmyth_x, _solved_back(_nasmyth_x)),
+        Result("NRY", "Nasmyth rotator, vertically", _ALTAZ, 1.0, _nasmyth_y, _solved_back(_nasmyth_y)),
     )
 }
 """By letter; NRX and NRY, which are no results of generic terms, by name."""

@@ -125,8 +125,9 @@ class PointingRun:
         for name, (default, kind) in _DEFAULTS.items():
             given = np.asarray(getattr(self, name))
             self._set(name, _column(name, given if given.size else np.full(n, default), n, kind))
-        if not np.all(self.weight >= 0.0):
-            raise PointingError(f"weight {float(np.min(self.weight)):g}; possible are numbers from 0")
+        bad = self.weight[~((self.weight >= 0.0) & (self.weight < math.inf))]
+        if bad.size:
+            raise PointingError(f"weight {bad[0]:g}; possible are numbers from 0")
         auxiliary = np.array(self.auxiliary, float).reshape(n, -1) if np.size(self.auxiliary) else np.empty((n, 0))
         self._set("auxiliary", auxiliary)
 

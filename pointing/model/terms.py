@@ -5,11 +5,15 @@ A coefficient is *added to the telescope's (encoder) position to obtain the star
 equatorial  Δh, Δδ: IH, ID added; CH sec δ; NP tan δ; MA (−cos h tan δ, sin h); ME (sin h tan δ, cos h); ΔZ = TF sin Z
 altazimuth  ΔA, ΔE: −IA, IE; −CA sec E; −NPAE tan E; AN (−sin A tan E, −cos A); AW (−cos A tan E, sin A)
 
+tan Z of TX is sin Z / cos Z with a cosine not below that of 89°: below 1° of elevation TX goes on as a flexure.
+
 A generic harmonic is `H r f c [n] [f c [n]]`, a polynomial `P r c [n] [c [n]]`: r the result (see
-`pointing.model.results`), f S or C, c one of H, D, A, E, Z, Q, n the multiple or the power.
+`pointing.model.results`), f S or C, c one of H, D, A, E, Z, Q, n the multiple or the power, up to 99.
+`pointing.model.own_term` makes a term of a function that none of these has.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -21,8 +25,8 @@ from pointing.model.results import RESULTS, Result
 
 Evidence = Literal["published", "unconfirmed", "own"]
 
-_HARMONIC = re.compile(r"H([HXDULPASZENWV])([SC])([HDAEZQ])(\d*)(?:([SC])([HDAEZQ])(\d*))?")
-_POLYNOMIAL = re.compile(r"P([HXDULPASZENWV])([HDAEZQ])(\d*)(?:([HDAEZQ])(\d*))?")
+_HARMONIC = re.compile(r"H([HXDULPASZENWV])([SC])([HDAEZQ])([0-9]{0,2})(?:([SC])([HDAEZQ])([0-9]{0,2}))?")
+_POLYNOMIAL = re.compile(r"P([HXDULPASZENWV])([HDAEZQ])([0-9]{0,2})(?:([HDAEZQ])([0-9]{0,2}))?")
 _CHECKED = frozenset({"HESA2", "HECA", "HACA3", "HASA2", "PZZ1", "PZZ3"})
 
 _RANK = {"H": 0, "D": 0, "A": 0, "E": 0, "X": 1, "S": 1, "P": 2, "V": 2, "L": 3, "W": 3, "U": 4, "N": 4}
@@ -46,6 +50,8 @@ class Term:
         Of the coefficient.
     unconfirmed : tuple of str
         The kinds of mount for which no published fit confirms it: derived from the geometry.
+    own : bool
+        It is none of TPOINT's.
     """
 
     name: str
@@ -82,11 +88,6 @@ class Term:
         if not self.factors:
             return _RANK.get(self.result, len(_RANK))
         return len(_RANK)
-
-    @property
-    def same_as(self) -> tuple[str, Factors]:
-        """What it does: terms that agree in this are one term under two names."""
-        return self.result, self.factors
 
     def evidence(self, kind: MountKind) -> Evidence:
         """What confirms it on a kind of mount."""
@@ -170,6 +171,12 @@ PIER_TERMS: dict[str, Term] = {
 _BY_NAME = {term.name: term for term in (*NAMED, *PIER_TERMS.values())}
 
 
+def known(name: str) -> Term | None:
+    """Return the term of a name, on whatever mount; None if there is none."""
+    wanted = name.strip().upper()
+    return _BY_NAME.get(wanted) or _generic(wanted)
+
+
 def term(name: str, kind: MountKind) -> Term:
     """Return the term of a name on a kind of mount.
 
@@ -178,8 +185,7 @@ def term(name: str, kind: MountKind) -> Term:
     PointingError
         There is no such term, or it is not for this kind of mount.
     """
-    wanted = name.strip().upper()
-    found = _BY_NAME.get(wanted) or _generic(wanted)
+    found = known(name)
     if found is None:
         there = " ".join(each.name for each in NAMED if kind in each.mounts)
         raise PointingError(
@@ -206,10 +212,22 @@ def terms(names: str, kind: MountKind) -> tuple[Term, ...]:
     if not listed:
         raise PointingError('no pointing terms are named: give some, as in "IH ID CH NP MA ME"')
     found = tuple(term(name, kind) for name in listed)
-    twice = sorted({each.name for each in found if sum(other.name == each.name for other in found) > 1})
-    if twice:
-        raise PointingError(f"the pointing term {twice[0]} is named twice: name each once")
+    refuse_twice(found)
     return found
+
+
+def refuse_twice(listed: Sequence[Term]) -> None:
+    """Refuse a list in which two terms have one name.
+
+    Raises
+    ------
+    PointingError
+        Says which.
+    """
+    names = [each.name for each in listed]
+    for name in names:
+        if names.count(name) > 1:
+            raise PointingError(f"the pointing term {name} is named twice: name each once")
 
 
 def _generic(name: str) -> Term | None:
