@@ -72,7 +72,9 @@ class Adjusting:
             )
         failed = [check.detail for check in planner.standing((angle1, angle2), now) if not check.ok]
         if failed:
-            raise Refused(f"the telescope cannot point at {target.name} now: {'; '.join(failed)}")
+            raise Refused(
+                f"the telescope cannot point at {target.name} now: {'; '.join(failed)}; check target, clock and site"
+            )
         counts = planner.axes[0].gearing.counts(angle1), planner.axes[1].gearing.counts(angle2)
         session.drive.sync(counts, now)
         session.store.record_synchronisation(

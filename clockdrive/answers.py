@@ -196,15 +196,20 @@ def _pass(found: PassPlan, planner: Planner) -> dict[str, Any]:
 
 
 def arrival_answer(
-    arrival: "Arrival", planner: Planner, notes: Sequence[str] = (), target: Target | None = None
+    arrival: "Arrival",
+    planner: Planner,
+    notes: Sequence[str] = (),
+    target: Target | None = None,
+    warnings: Sequence[str] = (),
 ) -> Answer:
-    """Put an arrival into the form of `goto --json`."""
+    """Put an arrival into the form of `goto --json`; `warnings` are what came up on the way."""
     return Answer(
         {
             **plan_answer(arrival.plan, planner, notes, target).json,
             "arrived_utc": utc(arrival.arrived),
             "arrival_error_arcsec": round(arrival.error_arcsec, 3),
             "slews": arrival.slews,
+            "warnings": list(warnings),
         }
     )
 
@@ -221,6 +226,7 @@ def centred_answer(found: "Centred", instrument: str) -> Answer:
             "centre": _east_north(found.centre),
             "moved_arcsec": found.moved_arcsec,
             "slewed": found.slewed,
+            "guide_cleared": _east_north(found.cleared) if any(found.cleared) else None,
         }
     )
 

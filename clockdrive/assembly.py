@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.configuration_keys import DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import ConfigurationError
 from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
@@ -208,10 +209,8 @@ def refuse_what_is_not_there(configuration: Configuration) -> None:
     """
     problems = []
     kind = configuration.drive.kind
-    if kind != "tc410":
-        problems.append(
-            f'[drive] kind = "{kind}": this version drives the tc410 only; its keys are checked all the same'
-        )
+    if kind not in DRIVEN:
+        problems.append(f'[drive] kind = "{kind}": {NO_OTHER_DRIVE}; its keys are checked all the same')
     if problems:
         raise ConfigurationError(configuration.source, problems)
 

@@ -21,6 +21,7 @@ _FLIP_AHEAD_S = 60.0  # before the limit
 _SUN_AHEAD_S = 240.0  # in which the Sun moves by a degree
 _AGAIN_S = 60.0  # after which what could not be done is tried again
 _FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
+_COMES = "comes to where the telescope looks"
 _LOG = logging.getLogger(__name__)
 
 
@@ -46,7 +47,6 @@ class Automatic:
         self._escapes = escapes
         self._steps: Steps[object] | None = None
         self._not_before = -math.inf
-        self._told_of_sun = False
 
     def cycle(self) -> float:
         """Do one cycle; return the seconds to the next. Never raises."""
@@ -90,7 +90,7 @@ class Automatic:
             return None
         if self._sun_comes(now):
             return self._escape(now)
-        self._told_of_sun = False
+        session.sun_warning = ""
         if now >= self._not_before and self._must_flip(now):
             session.note("flip", "by itself: the end of the window is near")
             return self._slewing.flip(_nobody)
@@ -116,14 +116,15 @@ class Automatic:
     def _escape(self, now: float) -> Steps[object] | None:
         session = self._session
         if session.doing == "parked" or not self._escapes:
-            if not self._told_of_sun:
-                session.note("Sun", "its zone comes to where the telescope looks; move it away, or cover it")
-                self._told_of_sun = True
+            if not session.sun_warning:
+                session.note("Sun", f"its zone {_COMES}; move it away, or cover it")
+            session.sun_warning = f"the Sun's zone {_COMES}: move it away, or cover it"
             return None
+        session.sun_warning = ""
         if now < self._not_before:
             return None
         self._not_before = now + _AGAIN_S
-        session.note("Sun", "its zone comes to where the telescope looks; it moves away by itself")
+        session.note("Sun", f"its zone {_COMES}; it moves away by itself")
         return self._slewing.escape(lambda: refuge(session.planner, session.start(), session.timing()), _nobody)
 
 

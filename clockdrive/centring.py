@@ -50,6 +50,8 @@ class Centred:
         By how much the target was moved for it.
     slewed : bool
         Whether that took a slew.
+    cleared : tuple of float
+        The sum of the guide pulses that it took in and cleared, arcseconds east and north.
     """
 
     target: str
@@ -58,6 +60,7 @@ class Centred:
     centre: tuple[float, float]
     moved_arcsec: float
     slewed: bool
+    cleared: tuple[float, float] = (0.0, 0.0)
 
 
 class Centring:
@@ -107,6 +110,7 @@ class Centring:
         if moment < session.wanted_since:
             since = f"{target.name} is tracked since {utc(session.wanted_since)}"
             raise Refused(f"the image of {utc(moment)} is of another target: {since}; take another")
+        pulses = values_of(session, GUIDE)
         error, centre = self._found(seen, target, moment, force=force)
         origin, now = f"image of {utc(moment)} on {target.name}", session.clock.now()
         changes: Changes = {
@@ -122,8 +126,10 @@ class Centring:
             yield from self._slew(target, changes, report)
         else:
             displace(session, changes)
-        session.note("centre", f"{target.name}: the counts stood {_told(error)} of the image; moved by {moved:.1f}″")
-        return Centred(target.name, moment, error, centre, moved, slewed)
+        ended = f"; guide pulses of {_told(pulses)} cleared" if any(pulses) else ""
+        said = f"{target.name}: the counts stood {_told(error)} of the image; moved by {moved:.1f}″{ended}"
+        session.note("centre", said)
+        return Centred(target.name, moment, error, centre, moved, slewed, pulses)
 
     def _found(
         self, seen: Target, target: Target, moment: float, *, force: bool

@@ -263,11 +263,19 @@ class _Draft:
         for dotted, (_, origin, _folder) in self.given.items():
             if dotted in keys or (dotted.endswith(".") and dotted[:-1] in sections):
                 continue
+            name = dotted.rstrip(".")
+            table = name if dotted.endswith(".") else name.rpartition(".")[0]
             if dotted in others:
                 meant = f"it is a key of {' and '.join(others[dotted])}, and drive.kind is {drive}"
+            elif table in keys:
+                meant = f"{table} is a key, and takes {keys[table].allowed}"
+            elif table and table not in sections and table.partition(".")[0] != "instruments":
+                name, meant = table, _nearest_table(table, sections)
             else:
-                meant = _nearest(dotted.rstrip("."), (*keys, *sections))
-            self.problems.append(f"{_short(dotted.rstrip('.'))} is no key{_from(dotted, origin)}: {meant}")
+                meant = _nearest_key(name, table, keys)
+            text = f"{_short(name)} is no key{_from(name, origin)}: {meant}"
+            if text not in self.problems:  # one for all keys of a table that is none
+                self.problems.append(text)
 
     def _settle(self, key: Key) -> None:
         raw, origin, folder = self.given.get(key.dotted, (None, "default", Path()))
@@ -290,13 +298,25 @@ class _Draft:
         return None if raw is None else checked(key, raw, Path())
 
 
-def _nearest(dotted: str, known: Iterable[str]) -> str:
+def _nearest_table(name: str, tables: Iterable[str]) -> str:
     import difflib  # noqa: PLC0415 - needed only where something is wrong
 
-    section = dotted.rpartition(".")[0]
-    siblings = [name for name in known if name.rpartition(".")[0] == section]
-    near = difflib.get_close_matches(dotted, siblings or list(known), 1, 0.6)
-    return f"did you mean {near[0]}?" if near else "`clockdrive config check` lists the keys there are"
+    alike = [table for table in tables if table[0] == name[0]]
+    near = difflib.get_close_matches(name, alike, 1, 0.6)
+    return f"did you mean {near[0]}?" if near else f"the tables are {', '.join(sorted(tables))}"
+
+
+def _nearest_key(name: str, table: str, keys: Iterable[str]) -> str:
+    import difflib  # noqa: PLC0415 - likewise
+
+    key = name.rpartition(".")[2]
+    elsewhere = [known for known in keys if known.rpartition(".")[2] == key]
+    siblings = [known for known in keys if known.rpartition(".")[0] == table]
+    near = elsewhere[:1] or difflib.get_close_matches(name, siblings, 1, 0.6)
+    if near:
+        return f"did you mean {near[0]}?"
+    there = ", ".join(known.rpartition(".")[2] for known in siblings)
+    return f"[{table}] has {there}" if siblings else "a key stands in a table, such as [site]"
 
 
 def _from(dotted: str, origin: Origin) -> str:

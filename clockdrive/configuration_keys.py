@@ -19,6 +19,8 @@ Raw = str | int | float | bool
 Value = Raw | GearTeeth | Path | None
 
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
+DRIVEN = ("tc410",)  # by this version; the keys of the others are checked all the same
+NO_OTHER_DRIVE = f"this version drives the {' and '.join(DRIVEN)} only"
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
 TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)

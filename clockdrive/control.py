@@ -27,6 +27,7 @@ from transports.link import Clock
 T = TypeVar("T")
 Steps = Generator[float, None, T]
 _BUSY = "another command is moving the telescope; wait for it, or `stop` first"
+_CLOSED = "the telescope is closed; open it again"
 _AFTER_A_FAULT_S = 1.0
 _LOG = logging.getLogger(__name__)
 
@@ -54,6 +55,16 @@ class Control(Protocol):
 
     def let_pass(self, seconds: float) -> None:
         """Let time pass while the background cycle runs."""
+        ...
+
+    def require_open(self) -> None:
+        """Refuse what is asked of a telescope that was closed.
+
+        Raises
+        ------
+        Refused
+            The loop has ended; so do all the calls above.
+        """
         ...
 
     def close(self) -> None:
@@ -111,14 +122,17 @@ class InlineControl:
         self._cycle = cycle
         self._foreground = _Foreground()
         self._stepping = False
+        self._closed = False
         self._due = clock.now()
 
     def call(self, work: Callable[[], T]) -> T:
         """Do `work` now."""
+        self.require_open()
         return work()
 
     def perform(self, steps: Steps[T]) -> T:
         """Run `steps` to their end on the virtual clock."""
+        self.require_open()
         future: Future[T] = Future()
         self._foreground.begin(steps, future)
         while not future.done():
@@ -135,6 +149,7 @@ class InlineControl:
 
     def interrupt(self, work: Callable[[], T], reason: str) -> T:
         """Do `work` now and end the foreground."""
+        self.require_open()
         if self._stepping:
             work()
             raise Refused(reason)
@@ -143,6 +158,7 @@ class InlineControl:
 
     def let_pass(self, seconds: float) -> None:
         """Run the background cycle until `seconds` have passed."""
+        self.require_open()
         end = self._clock.now() + seconds
         while self._due < end:
             self._clock.sleep(self._due - self._clock.now())
@@ -150,8 +166,14 @@ class InlineControl:
             self._due = began + self._cycle()
         self._clock.sleep(end - self._clock.now())
 
+    def require_open(self) -> None:
+        """Refuse when closed."""
+        if self._closed:
+            raise Refused(_CLOSED)
+
     def close(self) -> None:
-        """Nothing runs between calls."""
+        """Nothing runs between calls, and nothing from now on."""
+        self._closed = True
 
 
 class ThreadedControl:
@@ -200,7 +222,13 @@ class ThreadedControl:
 
     def let_pass(self, seconds: float) -> None:
         """Wait; the thread goes on meanwhile."""
+        self.require_open()
         self._clock.sleep(seconds)
+
+    def require_open(self) -> None:
+        """Refuse when closed."""
+        if self._closing:
+            raise Refused(_CLOSED)
 
     def close(self) -> None:
         """End the thread after its present step."""
@@ -225,7 +253,7 @@ class ThreadedControl:
 
         with self._wake:
             if self._closing:
-                raise Refused("the telescope is closed; open it again")
+                raise Refused(_CLOSED)
             line.append(done)
             self._wake.notify()
         return future

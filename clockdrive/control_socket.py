@@ -20,7 +20,15 @@ from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener, answer_challenge, deliver_challenge
 from typing import Any, final
 
-from clockdrive.errors import ClockdriveError, InputError, OwnerGone, Refused, StateError
+from clockdrive.errors import (
+    ArgumentError,
+    ClockdriveError,
+    InputError,
+    OwnerGone,
+    Refused,
+    StateError,
+    TargetFormError,
+)
 from mounts.errors import DriveError, DriveRefused, Unsynchronised, WrongProtocol
 from pointing.errors import PointingError, TargetError, Unreachable
 from transports.errors import LinkError, NoAnswer, TransportError, WrongAnswer
@@ -38,7 +46,7 @@ _LOG = logging.getLogger(__name__)
 _KNOWN: dict[str, type[Exception]] = {
     error.__name__: error
     for error in (
-        ClockdriveError, InputError, Refused, StateError,
+        ClockdriveError, InputError, ArgumentError, TargetFormError, Refused, StateError,
         PointingError, TargetError, Unreachable,
         DriveError, DriveRefused, Unsynchronised, WrongProtocol,
         TransportError, LinkError, NoAnswer, WrongAnswer,

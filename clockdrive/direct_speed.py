@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 
 from clockdrive.control import Steps
-from clockdrive.errors import Refused
+from clockdrive.errors import ArgumentError, Refused
 from clockdrive.safety import rests_at
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report
@@ -54,7 +54,7 @@ class DirectSpeed:
         session = self._session
         session.require_free()
         if not 0.0 < seconds <= _LONGEST_S:
-            raise Refused(f"a speed for {seconds:g} s: above 0 up to {_LONGEST_S:g} s; give it again to go on")
+            raise ArgumentError(f"a speed for {seconds:g} s: above 0 up to {_LONGEST_S:g} s; give it again to go on")
         speeds = self._speeds(rates)
         session.poll()
         began, here = session.clock.now(), session.start().counts

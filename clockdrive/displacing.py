@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from clockdrive.corrections import DISPLACEMENTS, displacement
 from clockdrive.errors import Refused
-from clockdrive.session import Session
+from clockdrive.session import MOVING, Session
 from clockdrive.state import Correction
 from pointing.offset import OffsetTarget
 from pointing.targets import ARCSEC, Target
@@ -28,7 +28,7 @@ def displace(session: Session, changes: Changes) -> None:
     Refused
         What is tracked would come where the telescope must not point; nothing has changed.
     """
-    if session.doing in {"slewing", "jogging"}:
+    if session.doing in MOVING:
         raise Refused(f"the telescope is {session.doing}; wait for it, or `stop` first")
     target = displaced(session, changes)
     if target is None:

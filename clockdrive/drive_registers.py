@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
 from clockdrive.tc410_assembly import Difference, differences, registers, registers_of, registers_of_key
 from mounts.tc410.encoders import Encoders, fault, read_encoder
@@ -38,6 +38,11 @@ class HasRegisters(Protocol):
     @property
     def unit(self) -> Unit:
         """The registers."""
+        ...
+
+    @property
+    def lent(self) -> Mapping[str, float]:
+        """What the registers that are changed for a while hold otherwise, by name."""
         ...
 
 
@@ -195,7 +200,8 @@ class DriveRegisters:
             session.poll()
 
     def _differences(self) -> tuple[Difference, ...]:
-        return differences(self._configuration, registers_of(self._drive.unit))
+        drive = self._drive
+        return differences(self._configuration, {**registers_of(drive.unit), **drive.lent})
 
     @property
     def _drive(self) -> HasRegisters:
@@ -260,7 +266,8 @@ def _value(row: Register, text: str) -> float:
     """
     words = text.replace("−", "-").strip()
     try:
-        return float(int(words, 0)) if words.lower().startswith(("0x", "-0x")) else float(words)
+        number = float(int(words, 0)) if words.lower().startswith(("0x", "-0x")) else float(words)
+        return finite(f"{row.name} =", number, row.unit or "its unit")
     except ValueError:
         if not row.flags:
             raise InputError(f"{row.name} = {text!r}: give a number in {row.unit or 'its unit'}, or 0x…") from None

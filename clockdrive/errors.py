@@ -1,6 +1,10 @@
 """The errors of the application: one base; each text gives the value, the bound and what to do next."""
 
+import math
 from collections.abc import Sequence
+from numbers import Real
+
+from pointing.errors import TargetError
 
 
 class ClockdriveError(Exception):
@@ -53,3 +57,24 @@ class StateError(ClockdriveError):
 
 class InputError(ClockdriveError):
     """A time, a duration or a pair of counts is not written as it must be."""
+
+
+class ArgumentError(InputError, Refused):
+    """An argument that can never be right, whatever the telescope: no number, or outside what the command takes."""
+
+
+class TargetFormError(InputError, TargetError):
+    """A target is not written as one must be."""
+
+
+def finite(what: str, value: object, unit: str) -> float:
+    """Return a number that somebody gave.
+
+    Raises
+    ------
+    ArgumentError
+        It is none, or not finite.
+    """
+    if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value):
+        return float(value)
+    raise ArgumentError(f"{what} {value!r}: give a finite number of {unit}")

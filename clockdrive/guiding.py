@@ -9,7 +9,7 @@ from typing import Literal
 
 from clockdrive.corrections import GUIDE
 from clockdrive.displacing import displace, require_pursuit, values_of
-from clockdrive.errors import Refused
+from clockdrive.errors import ArgumentError, Refused, finite
 from clockdrive.session import Session
 from clockdrive.state import Correction
 
@@ -49,15 +49,20 @@ class Guiding:
 
         Raises
         ------
+        ArgumentError
+            No such direction, or not so long.
         Refused
-            No such direction; not so long; nothing is tracked; the sum is beyond a degree; or a limit forbids it.
+            Nothing is tracked; the sum is beyond a degree; or a limit forbids it.
         """
+        milliseconds = finite("a guide pulse of", milliseconds, "milliseconds")
         word = direction.strip().lower()
         name = _LETTERS.get(word, word)
         if name not in _TOWARDS:
-            raise Refused(f"guide {direction!r}: give one of north, south, east, west, or N, S, E, W")
+            raise ArgumentError(f"guide {direction!r}: give one of north, south, east, west, or N, S, E, W")
         if not 1.0 <= milliseconds <= _LONGEST_MS:
-            raise Refused(f"a guide pulse of {milliseconds:g} ms: 1 to {_LONGEST_MS:g} ms; use `offset` for more")
+            raise ArgumentError(
+                f"a guide pulse of {milliseconds:g} ms: 1 to {_LONGEST_MS:g} ms; use `offset` for more"
+            )
         session = self._session
         target = require_pursuit(session, "a guide pulse")
         way = self._rate_arcsec_s * milliseconds / 1000.0

@@ -112,6 +112,19 @@ def attach(directory: Path, telescope: str) -> ControlClient | None:
     return client if client.answers() else None
 
 
+def unanswered(directory: Path, telescope: str) -> str:
+    """Say that the owner of a telescope lives but does not answer, and what to do; empty when it only begins."""
+    info = owner(directory, telescope)
+    if info is None or info.address is None:
+        return ""
+    return (
+        f"the telescope {info.name} ({info.telescope}) is owned by {info}, which does not answer: it is frozen. Let "
+        f"it go on with `kill -CONT {info.pid}` where it was suspended; else end it with `kill {info.pid}`, or "
+        f"`kill -9 {info.pid}`, and the next command makes the drive safe. What moves now is stopped by the drive's "
+        "own switch"
+    )
+
+
 def _refusal(info: OwnerInfo | None, telescope: str) -> str:
     if info is None:
         return f"another process is just about to own the telescope {telescope}: try again in a second"

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from clockdrive.errors import InputError
+from clockdrive.errors import InputError, TargetFormError
 from pointing import catalogue
-from pointing.errors import TargetError
 from pointing.targets import FixedAltAz, FixedHaDec, Star, Target
 
 MAX_DURATION_S = 366 * 86400.0
@@ -83,11 +82,11 @@ def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | 
     Raises
     ------
     TargetError
-        It is no target; the text says what is wrong with it.
+        It is no target; the text says what is wrong with it. `TargetFormError` where it is not written as one.
     """
     text = " ".join([words] if isinstance(words, str) else words).replace("−", "-").strip()
     if not text:
-        raise TargetError(f"no target: {_FORMS}")
+        raise TargetFormError(f"no target: {_FORMS}")
     if text.casefold() == "best":
         return Best()
     if prefix(text):
@@ -106,14 +105,14 @@ def place(text: str) -> Star:
 
     Raises
     ------
-    TargetError
+    TargetFormError
         It is no such place.
     """
     numbers = text.replace("−", "-").replace(",", " ").split()
     degrees = len(numbers) == 2 and all(re.fullmatch(_NUMBER, number, re.ASCII) for number in numbers)
     found = target(",".join(numbers) if degrees else text)
     if not isinstance(found, Star):
-        raise TargetError(
+        raise TargetFormError(
             f"{_short(text)} is no place of an image: give right ascension and declination, ICRS, as 83.633 22.0145 "
             "in degrees or 05:34:31.9 +22:00:52"
         )
@@ -131,8 +130,11 @@ def anchored(text: str, folder: Path) -> str:
     kind = prefix(text)
     if kind not in _OF_FILES:
         return text
-    file, mark, wanted = text.partition(":")[2].strip().partition("#")
-    return f"{kind}:{folder / file.strip()}{mark}{wanted}" if file.strip() else text
+    rest = text.partition(":")[2].strip()
+    if kind == "ephem":
+        return f"{kind}:{folder / _home(rest)}" if rest else text
+    file, mark, wanted = _split(rest, folder)
+    return f"{kind}:{folder / file}{mark}{wanted}" if file else text
 
 
 def _sexagesimal(text: str) -> Star:
@@ -142,7 +144,9 @@ def _sexagesimal(text: str) -> Star:
     _within("right ascension", ra, 0.0, 24.0 if hours else 360.0, "h" if hours else "°")
     dec, unit = _angle(text, second, "declination")
     if unit == "h":
-        raise TargetError(f"{_short(text)}: a declination is in degrees, not in hours; write 5h34m31.9s +22d00m52s")
+        raise TargetFormError(
+            f"{_short(text)}: a declination is in degrees, not in hours; write 5h34m31.9s +22d00m52s"
+        )
     return Star.from_degrees(ra * 15.0 if hours else ra, _within("declination", dec, -90.0, 90.0), text)
 
 
@@ -155,7 +159,7 @@ def _halves(text: str) -> tuple[str, str]:
         return joined[1], joined[2]
     split = signed[0] if len(signed) == 1 else len(words) // 2
     if len(words) < 2 or len(signed) > 1 or (not signed and len(words) % 2):
-        raise TargetError(f"{_short(text)} is no right ascension with a declination: {_FORMS}")
+        raise TargetFormError(f"{_short(text)} is no right ascension with a declination: {_FORMS}")
     return " ".join(words[:split]), " ".join(words[split:])
 
 
@@ -164,11 +168,11 @@ def _angle(text: str, half: str, what: str) -> tuple[float, str]:
     match = _ANGLE.fullmatch(half)
     if match is None or match["minutes"] is None or any("." in (match[n] or "") for n in _inner(match)):
         advice = "write 05:34:31.9 +22:00:52, or degrees as 83.633,22.0145"
-        raise TargetError(f"{_short(text)}: {what} {_short(half)} is no hours or degrees with minutes; {advice}")
+        raise TargetFormError(f"{_short(text)}: {what} {_short(half)} is no hours or degrees with minutes; {advice}")
     minutes, seconds = float(match["minutes"]), float(match["seconds"] or 0.0)
     for name, value in (("minutes", minutes), ("seconds", seconds)):
         if value >= 60.0:
-            raise TargetError(f"{what} {_short(half)}: {value:g} {name}; they are below 60: check the target")
+            raise TargetFormError(f"{what} {_short(half)}: {value:g} {name}; they are below 60: check the target")
     value = float(match["first"]) + minutes / 60.0 + seconds / 3600.0
     unit = {"h": "h", "d": "d", "°": "d"}.get((match["unit"] or "").lower(), "")
     return -value if match["sign"] == "-" else value, unit
@@ -185,7 +189,7 @@ def _fixed(
     def parse(text: str, rest: str) -> Target:
         pair = _PAIR.fullmatch(rest)
         if pair is None:
-            raise TargetError(
+            raise TargetFormError(
                 f"{_short(text)}: write {name}:{first.upper()},{second.upper()} in degrees, such as {name}:30,45"
             )
         one = _within(first, float(pair[1]), -360.0, 360.0)
@@ -213,16 +217,42 @@ def _table(text: str, rest: str) -> Target:
     from pointing.ephemeris_table import EphemerisTable  # noqa: PLC0415 - as above
 
     if not rest.strip():
-        raise TargetError(f"{_short(text)}: write ephem:FILE, an ECSV table")
-    return EphemerisTable.from_file(rest.strip())
+        raise TargetFormError(f"{_short(text)}: write ephem:FILE, an ECSV table")
+    return EphemerisTable.from_file(_home(rest.strip()))
 
 
 def _file(text: str, rest: str) -> tuple[str, str]:
     """FILE and NAME of FILE#NAME; a file of one body needs no name."""
-    file, _, name = (part.strip() for part in rest.partition("#"))
+    file, _, name = _split(rest, Path())
     if not file:
-        raise TargetError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
+        raise TargetFormError(f"{_short(text)}: write {text.partition(':')[0].strip()}:FILE#NAME")
     return file, name
+
+
+def _split(rest: str, folder: Path) -> tuple[str, str, str]:
+    """FILE, # and NAME of FILE#NAME: the longest file that there is, for its name may contain # itself."""
+    marks = [match.start() for match in re.finditer("#", rest)]
+    for end in (len(rest), *reversed(marks)):
+        file = _home(rest[:end].strip())
+        if file and _is_file(folder / file):
+            return file, rest[end : end + 1], rest[end + 1 :].strip()
+    file, mark, name = rest.partition("#")
+    return _home(file.strip()), mark, name.strip()
+
+
+def _home(file: str) -> str:
+    """The path with a person's home in place of ~, which a shell leaves alone behind `tle:`."""
+    try:
+        return str(Path(file).expanduser()) if file.startswith("~") else file
+    except RuntimeError:  # nobody knows that home
+        return file
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # the name is too long for one, or contains what no name can
+        return False
 
 
 _OF_FILES = frozenset({"tle", "mpc", "ephem"})
@@ -238,7 +268,7 @@ _PREFIXES: dict[str, Callable[[str, str], Target]] = {
 def _within(what: str, value: float, low: float, high: float, unit: str = "°") -> float:
     if not low <= value <= high:
         bounds = f"{low:g} to {high:g}".replace("-", "−")
-        raise TargetError(f"{what} {value:.10g}{unit}: allowed are {bounds}{unit}; check the target")
+        raise TargetFormError(f"{what} {value:.10g}{unit}: allowed are {bounds}{unit}; check the target")
     return value
 
 

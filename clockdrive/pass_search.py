@@ -1,15 +1,16 @@
 """When a target, or each satellite of a file, can be observed; nothing is contacted."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from clockdrive import parse
 from clockdrive.answers import Answer, utc
 from clockdrive.configuration import Configuration
-from clockdrive.errors import InputError
+from clockdrive.errors import InputError, finite
 from clockdrive.planning import resolve, sources_of, without_a_drive
+from pointing.ephemeris_table import EphemerisTable
 from pointing.errors import TargetError
 from pointing.instant import Instant
 from pointing.planner import Planner
@@ -18,6 +19,10 @@ from pointing.targets import Target, notes_of
 from pointing.tle import Tle, read_tle
 from pointing.visibility import Pass, Sighting, never, passes
 
+if TYPE_CHECKING:
+    from clockdrive.planning import TargetLike
+
+_INSIDE_S = 0.001  # by which a search stays away from the ends of a table, for roundings
 _MOST_HOURS = 24.0 * 366.0
 _FILES = frozenset({".tle", ".2le", ".3le", ".txt"})
 
@@ -60,24 +65,39 @@ def search(
     TargetError, ConfigurationError
         It is no target; the site is not known.
     """
-    if not 0.0 < hours <= _MOST_HOURS:
+    planner = without_a_drive(configuration, after)[0].planner
+    wanted = wanted_of(given, planner, after, configuration)
+    return searched(planner, wanted, after, hours, above_deg, progress)
+
+
+def searched(
+    planner: Planner,
+    wanted: Sequence[Target | Tle],
+    after: float,
+    hours: float,
+    above_deg: float | None = None,
+    progress: Callable[[float, str], object] | None = None,
+) -> Answer:
+    """Search for all passes of some targets, or of satellites by their elements; otherwise as `search`."""
+    if not 0.0 < finite("--hours", hours, "hours") <= _MOST_HOURS:
         raise InputError(f"--hours {hours:g}: possible are more than 0 up to {_MOST_HOURS:g}")
     if above_deg is not None and not -90.0 <= above_deg < 90.0:
         raise InputError(f"--above {above_deg:g}: possible are −90° to below 90°")
-    planner = without_a_drive(configuration, after)[0].planner
     until = after + 3600.0 * hours
     above = -math.pi / 2.0 if above_deg is None else math.radians(above_deg)
-    wanted = _wanted(given, planner, after, configuration)
     found: list[Pass] = []
-    without = []
+    without: list[str] = []
+    notes: list[str] = []
     for i, each in enumerate(wanted):
         told = _shared(progress, i, len(wanted), each.name)
         try:
             target = Satellite(each) if isinstance(each, Tle) else each
+            begin, end, note = _known(target, after, until)
+            notes += [note] if note else []
             mine = len(found)
-            found.extend(passes(planner, target, after, until, above=above, progress=told))
+            found.extend(passes(planner, target, begin, end, above=above, progress=told))
             if len(found) == mine:
-                without.append(never(planner, target, after, until, above=above))
+                without.append(never(planner, target, begin, end, above=above))
         except TargetError as error:
             if len(wanted) == 1:
                 raise
@@ -91,17 +111,51 @@ def search(
             "until_utc": utc(until),
             "passes": [_row(each) for each in sorted(found, key=lambda each: each.rise.time)],
             "without": without,
-            "notes": [earth] if earth else [],
+            "notes": [*notes, *([earth] if earth else [])],
         }
     )
 
 
-def _wanted(given: str, planner: Planner, time: float, configuration: Configuration) -> tuple[Target | Tle, ...]:
-    """Return the sets of a file if it is one, else the target."""
+def wanted_of(
+    given: "TargetLike", planner: Planner, time: float, configuration: Configuration
+) -> tuple[Target | Tle, ...]:
+    """Return the sets of a file if it is one, else the target.
+
+    Raises
+    ------
+    TargetError
+        It is no target, or the file is damaged.
+    """
+    if not isinstance(given, str):
+        return (resolve(given, planner, time, sources_of(configuration)),)
     path = Path(given)
     if not parse.prefix(given) and (path.suffix.lower() in _FILES or _is_file(path)):
         return read_tle(path)
+    file, mark, name = given.partition("#")
+    if mark and not parse.prefix(given) and (Path(file).suffix.lower() in _FILES or _is_file(Path(file))):
+        raise TargetError(f"{given!r} is no file and no target; for one satellite of a file write tle:{file}#{name}")
     return (resolve(given, planner, time, sources_of(configuration)),)
+
+
+def _known(target: Target, after: float, until: float) -> tuple[float, float, str]:
+    """Bound a search to where a table knows its target; return that, and a note where it is less.
+
+    Raises
+    ------
+    TargetError
+        The table knows nothing of this time.
+    """
+    if not isinstance(target, EphemerisTable):
+        return after, until, ""
+    first, last = target.first.posix() + _INSIDE_S, target.last.posix() - _INSIDE_S
+    held = f"{target.name}: its table holds {target.first.utc_iso()} to {target.last.utc_iso()}"
+    begin, end = max(after, first), min(until, last)
+    if begin >= end:
+        raise TargetError(
+            f"{held}, nothing of {utc(after)} to {utc(until)}; search in that time (--at, --hours), or bring another "
+            "table"
+        )
+    return begin, end, "" if (begin, end) == (after, until) else f"{held}; searched from {utc(begin)} to {utc(end)}"
 
 
 def _is_file(path: Path) -> bool:

@@ -25,6 +25,11 @@ def _stopping(model: SlewModel, rate: float) -> float:
     return max((travel.position(travel.duration * i / _SAMPLES) for i in range(_SAMPLES)), key=abs)
 
 
+def moved_by_others(reading: Reading) -> tuple[str, ...]:
+    """Who moves a telescope that this program leaves at rest: every source but the drive's own tracking."""
+    return tuple(source for source in reading.motion if source != "tracking")
+
+
 class Guard:
     """The standing safety rules of one telescope.
 
@@ -46,7 +51,8 @@ class Guard:
         reading : Reading
             What the drive says.
         doing : str
-            "at rest", "tracking", or a slew, whose path was checked before it began.
+            "at rest", where only what somebody else moves is stopped, "tracking", or a slew, whose path was checked
+            before it began.
         ahead : sequence of tuple of float
             Counts that must be allowed as well for the motion to go on: where it would come to rest, its way.
         """
@@ -56,14 +62,25 @@ class Guard:
         was_clear, self._was_clear = self._was_clear, not broken
         known = self._known_limits.intersection(reading.limits) if doing != "tracking" else set()
         self._known_limits = set(reading.limits) if doing == "at rest" else known
-        if doing == "at rest":
-            return ""
         reached = sorted(set(reading.limits) - known)
+        if doing == "at rest":
+            return self._why_stop_others(reading, reached, broken if was_clear else "", ahead if not broken else ())
         if why := _of_the_drive(reading, reached):
             return why
         if broken:
             return f"{broken}; `goto` or `park` leads away from there" if was_clear or doing == "tracking" else ""
         return next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
+
+    def _why_stop_others(
+        self, reading: Reading, reached: list[str], broken: str, ahead: Sequence[tuple[float, float]]
+    ) -> str:
+        """Bound what moves the telescope while this program does not: a hand on it, or another program."""
+        others = moved_by_others(reading)
+        if not others or reading.unsynchronised:
+            return ""
+        why = f"limit reached: {', '.join(reached)}" if reached else broken
+        why = why or next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
+        return f"moved by {', '.join(others)}: {why}; `goto` or `park` leads away from there" if why else ""
 
     def _why_ahead(self, counts: tuple[float, float], time: float) -> str:
         checks = self._planner.standing(self._planner.angles(counts), time)

@@ -102,6 +102,7 @@ def _reported(emit: Emit) -> Callable[[Progress], None]:
                 "remaining_s": progress.remaining_s,
                 "eta_s": progress.eta_s if math.isfinite(progress.eta_s) else None,
                 "counts": list(progress.counts),
+                "waiting": str(progress.waiting) if progress.waiting else None,
             }
         )
 

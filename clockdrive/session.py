@@ -8,13 +8,13 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
 from clockdrive.errors import Refused, StateError
 from clockdrive.history import History
 from clockdrive.pursuit import Pursuit
-from clockdrive.safety import Guard, rests_at
+from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
@@ -28,11 +28,18 @@ from pointing.targets import Target
 from transports.errors import TransportError
 from transports.link import Clock
 
+if TYPE_CHECKING:
+    from clockdrive.waiting import Waiting
+
 _LOG = logging.getLogger(__name__)
 _ARCSEC = math.pi / 648_000.0
 _AT_REST = frozenset({"idle", "parked"})
+MOVING = frozenset({"slewing", "jogging", "waiting"})
+"""What a command does that another must not begin in."""
+_DURING = {"slewing": "the slew to {}", "waiting": "the wait for {}", "tracking": "the tracking of {}"}
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
+_MOVED_PERIOD_S = 0.5  # while something else moves what is at rest
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _LOOKS = 6  # along the way that a stop may take
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
@@ -78,12 +85,15 @@ class Session:
         self.pursuit: Pursuit | None = None
         self.wanted: Target | None = None  # what is or was last pursued, as it was asked for
         self.wanted_since = -math.inf
+        self.begun: Activity | None = None  # the last slew, jog or waiting
+        self.waiting: Waiting | None = None  # as long as it does
         self.history = History()
         self.doing = self._at_rest()
         self.reading: Reading | None = None
         self.trusted_counts: tuple[float, float] | None = None
         self.link_lost_since: float | None = None
         self.trouble = ""
+        self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._must_stop = False
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
@@ -147,7 +157,7 @@ class Session:
             self.stop_and_fail(
                 f"internal error, the telescope was stopped: {error!r}; `clockdrive report` helps to find it"
             )
-        return _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
+        return self._usual_period
 
     def follow(self) -> float:
         """Keep the drive on the target in pursuit, if there is one; return the seconds until that is due again.
@@ -160,7 +170,7 @@ class Session:
             The telescope is too far off its way: a hand or a step of the clock moved one of them; or the target has
             no place any more. The telescope was stopped.
         """
-        self._period = _IDLE_PERIOD_S if self.doing in _AT_REST else _TRACKING_PERIOD_S
+        self._period = self._usual_period
         if self.pursuit is None or self.link_lost_since is not None:
             return self._period
         name, now = self.pursuit.target.name, self.clock.now()
@@ -189,7 +199,7 @@ class Session:
         Refused
             A safety rule was broken; the telescope was stopped.
         """
-        doing = self.doing if self.pursuit is None else f"{self.doing} {self.pursuit.target.name}"
+        doing = _DURING.get(self.doing, self.doing).format(self.target_name)
         for text in self.surroundings.follow(self.clock.now(), doing):
             self.note("surroundings", text)
         try:
@@ -207,18 +217,30 @@ class Session:
     def _guarded(self, reading: Reading) -> None:
         doing = "at rest" if self.doing in _AT_REST else self.doing
         why = self.guard.why_stop(reading, doing, self._places_ahead(reading))
-        if not why and doing == "at rest" and reading.tracking:
+        if not why and doing in {"at rest", "waiting"} and reading.tracking:
             why = "the drive tracks, but nothing is followed; it was stopped"
         if why:
+            if doing == "at rest":
+                self.note("stopped", why)
             self.halt(why)
 
+    @property
+    def _usual_period(self) -> float:
+        """Seconds from one look to the next, where no target asks for more."""
+        if self.doing not in _AT_REST:
+            return _TRACKING_PERIOD_S
+        moved = self.reading is not None and moved_by_others(self.reading)
+        return _MOVED_PERIOD_S if moved else _IDLE_PERIOD_S
+
     def _places_ahead(self, reading: Reading) -> tuple[tuple[float, float], ...]:
-        """Counts that must be allowed for a pursuit to go on.
+        """Counts that must be allowed for a pursuit to go on, or what somebody else moves.
 
         On the target they are those where the axes would come to rest. On the way to it, which turns by itself in
         time, they are those of the whole way: one that leads to a limit is not begun.
         """
         pursuit, leading = self.pursuit, self.drive.leading
+        if pursuit is None and self.doing in _AT_REST and moved_by_others(reading):
+            return (rests_at(reading, self.drive.slew_models, _MOVED_PERIOD_S),)
         if pursuit is None:
             return ()
         if leading is None or pursuit.is_joined(reading.time):
@@ -404,15 +426,28 @@ class Session:
             self._try_to_stop()
         if self._must_stop:
             raise Refused("the telescope could not be stopped yet, the drive does not answer; check its link")
-        if self.doing in {"slewing", "jogging"}:
+        if self.doing in MOVING:
             raise Refused(f"the telescope is {self.doing}; wait for it, or `stop` first")
         if self.store.parked() and not parked:
             raise Refused("the telescope is parked; `unpark` first")
+
+    @property
+    def target_name(self) -> str:
+        """What is followed, slewn to or waited for; empty while there is nothing."""
+        if self.pursuit is not None:
+            return self.pursuit.target.name
+        return self.begun.detail if self.begun is not None and self.doing in {"slewing", "waiting"} else ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What stands and a person must act on."""
+        return tuple(text for text in (self.sun_warning, self.surroundings.stepped) if text)
 
     def begin(self, activity: Activity) -> None:
         """Begin a slew; it is on the disk before anything moves."""
         self.store.begin(activity)
         self.pursuit, self.trouble, self.doing = None, "", activity.kind
+        self.begun, self.waiting, self.surroundings.stepped = activity, None, ""
 
     def pursue(self, target: Target, plan: Plan) -> Pursuit:
         """Follow a target from the end of a slew on."""
@@ -425,13 +460,15 @@ class Session:
 
     def stop(self) -> None:
         """Stop everything, tracking included; a stop that does not reach the drive is tried again every cycle."""
+        stands = self.doing in _AT_REST and not self._must_stop
         self.pursuit = None
         self._must_stop = True
         self.doing = self._at_rest()
         self.drive.stop(self.clock.now())
         self._must_stop = False
         self.now_doing(self.doing)
-        self.note("stopped", "by command")
+        if not stands:  # an interruption stops on its way out as well
+            self.note("stopped", "by command")
 
     def unpark(self) -> None:
         """Allow motion again."""

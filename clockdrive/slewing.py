@@ -5,17 +5,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from clockdrive.answers import utc
 from clockdrive.control import Steps
-from clockdrive.errors import Refused
+from clockdrive.errors import ArgumentError, Refused
 from clockdrive.pursuit import Pursuit
-from clockdrive.session import Session
+from clockdrive.session import MOVING, Session
 from clockdrive.state import Activity
+from clockdrive.waiting import Waiting
 from mounts.drive import AxisSlew, Reading
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
+from pointing.vectors import azimuth_altitude
 
 _SLEW_PERIOD_S = 0.25
 _LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
@@ -28,17 +29,19 @@ _MOST_SLEWS = 4
 _LONGEST_JOG_S = 3600.0
 _LINK_LOST_S = 15.0  # after which a slew is given up
 _WAITING_PERIOD_S = 1.0
+_READY_S = 0.2  # in which a drive is ready to lead without the plan being made again
 _UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
 
 @dataclass(frozen=True)
 class Progress:
-    """A slew under way."""
+    """A slew under way, or the waiting for a target that is not up yet."""
 
     target: str
     remaining_s: float
     eta_s: float
     counts: tuple[float, float]
+    waiting: Waiting | None = None  # instead of slewing, for a target that is not up yet
 
 
 @dataclass(frozen=True)
@@ -134,7 +137,7 @@ class Slewing:
             if len(plans) == _MOST_SLEWS:
                 off = f"still {error:.0f}″ off after {_MOST_SLEWS} slews"
                 session.halt(f"{target.name}: {off}; check gears, clutches and what blocks the telescope")
-            plans.append(self._planned(target, posture))
+            plans.append(self._ready(target, posture))
             if plans[-1].via is not None:
                 yield from self._slew(plans[-1].via, "slewing", report)
                 self._require_landed(plans[-1].via)
@@ -153,12 +156,30 @@ class Slewing:
         session.note("arrived", f"{target.name}, {error:.1f}″ off on landing, {len(plans)} slew(s)")
         return Arrival(plans[0], landed.time, error, len(plans))
 
+    def _ready(self, target: Target, posture: Posture | None) -> Plan:
+        """Plan, and have the drive ready for a target to which it must be led: a plan does not wait for that."""
+        session, plan = self._session, self._planned(target, posture)
+        if plan.trajectory is None:
+            return plan
+        asked = session.clock.now()
+        with self._given_up():
+            session.drive.stand_by(asked)
+        if session.clock.now() - asked <= _READY_S:
+            return plan
+        return replace(self._planned(target, plan.posture), start=plan.start)
+
     def _planned(self, target: Target, posture: Posture | None) -> Plan:
         """Plan; a refusal in the middle of a command leaves nothing that seems to slew."""
-        try:
+        with self._given_up():
             return self._session.plan(target, posture)
+
+    @contextmanager
+    def _given_up(self) -> Iterator[None]:
+        """Stop what has begun when it cannot go on; where nothing has, what is tracked goes on."""
+        try:
+            yield
         except BaseException as error:
-            if self._session.doing == "slewing":
+            if self._session.doing in MOVING:
                 self._session.stop_and_fail(str(error))
             raise
 
@@ -206,7 +227,9 @@ class Slewing:
         session = self._session
         session.require_free()
         if not 0.0 < seconds <= _LONGEST_JOG_S:
-            raise Refused(f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways")
+            raise ArgumentError(
+                f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways"
+            )
         session.poll()
         start, timing = session.start(), session.timing()
         angles = list(session.planner.angles(start.counts))
@@ -232,15 +255,19 @@ class Slewing:
         plan = session.planner.plan_axes(target.name, ahead.wait, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
-        session.note("waiting", f"for {target.name}, which is reachable from {utc(ahead.reachable)}")
         leading = session.drive.leading
         due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
+        azimuth, altitude = map(math.degrees, azimuth_altitude(plan.observed))
+        waiting = Waiting(target.name, session.clock.now(), due, azimuth, altitude)
+        session.begin(Activity("waiting", waiting.since, due, detail=target.name))
+        session.waiting = waiting
+        session.note("waiting", str(waiting))
         with self._stopped_on_failure():
             while (left := due - session.clock.now()) > 0.0:
-                yield min(left, _WAITING_PERIOD_S)
                 reading = session.poll()
                 if reading is not None:
-                    report(_progress(plan, reading, left))
+                    report(Progress(target.name, left, due - waiting.since, reading.counts, waiting))
+                yield min(left, _WAITING_PERIOD_S)
 
     def _lead(self, target: Target, plan: Plan, report: Report) -> Steps[Pursuit]:
         """Lead both axes to a fast target, until they go along with it."""
@@ -339,9 +366,8 @@ def _activity(plan: Plan, doing: str) -> Activity:
     )
 
 
-def _progress(plan: Plan, reading: Reading, left: float | None = None) -> Progress:
-    counts = reading.counts
-    return Progress(plan.target, max(0.0, plan.arrival - reading.time) if left is None else left, plan.eta, counts)
+def _progress(plan: Plan, reading: Reading) -> Progress:
+    return Progress(plan.target, max(0.0, plan.arrival - reading.time), plan.eta, reading.counts)
 
 
 def _limited(timing: Timing, axis: int, rate: float) -> Timing:

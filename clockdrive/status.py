@@ -21,10 +21,12 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
         "drive": configuration.identity,
         "utc": utc(now),
         "doing": session.doing,
-        "target": session.pursuit.target.name if session.pursuit else None,
+        "target": session.target_name or None,
+        "waiting": session.waiting.json(now) if session.waiting and session.doing == "waiting" else None,
         "instrument": instrument,
         "parked": store.parked(),
         "trouble": session.trouble,
+        "warnings": list(session.warnings),
         "notes": [
             note for note in (*session.drive.notes, session.surroundings.air.trouble, configuration.notice) if note
         ],

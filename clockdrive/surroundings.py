@@ -47,6 +47,8 @@ class Surroundings:
         self._watch = ClockWatch(clock.now, clock.now if virtual else None)
         self._live = LiveWeather(weather_source(source, folder), self._site, start=start) if source else None
         self.air = Air(self._site.weather)
+        self.stepped = ""
+        """The sentence on the last step of the clock, until somebody aims anew."""
 
     def open(self, now: float) -> tuple[str, ...]:
         """Ask clock and weather for the first time, waiting at most some seconds; before anything moves."""
@@ -68,7 +70,8 @@ class Surroundings:
         told = []
         step = self._watch.look()
         if step is not None:
-            told.append(step.during(doing))
+            self.stepped = step.during(doing)
+            told.append(self.stepped)
         was, self.air = self.air, self._air(now)
         if self.air.trouble and not was.trouble:
             told.append(self.air.trouble)

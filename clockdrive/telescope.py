@@ -30,9 +30,10 @@ from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
 from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
-from clockdrive.errors import Refused
+from clockdrive.errors import ArgumentError, finite
 from clockdrive.guiding import Guiding
 from clockdrive.owner import Ownership
+from clockdrive.pass_search import searched, wanted_of
 from clockdrive.planning import (
     Drift,
     answered,
@@ -56,6 +57,8 @@ from pointing.plan import Plan
 from pointing.targets import Target
 
 if TYPE_CHECKING:
+    from astropy.io.fits import Header
+
     from clockdrive.commission import SkyWitness, Stage
     from clockdrive.planning import TargetLike, TimeLike
     from mounts.commissioning import Finding
@@ -202,6 +205,7 @@ class Telescope:
         TargetError, Unreachable, Refused
             It is no target; it cannot be reached; the position is not synchronised.
         """
+        self._control.require_open()
         time = self._time(at)
         resolved = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
         found = self._planned(resolved, None if at is None else time)
@@ -227,15 +231,15 @@ class Telescope:
         found = self._planned(resolved, None)
         ahead = found if isinstance(found, PassPlan) else None
         if ahead is not None and ahead.reachable > self.clock.now() + _LONGEST_WAIT_S:
-            text = f"{ahead.target} is not up yet; `goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes"
-            raise Unreachable(text, ahead.reachable)
+            most = f"`goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes: give it again then"
+            raise Unreachable(f"{ahead.target} is not up yet; {most}", ahead.reachable)
         arrival = self._perform(self._gone_to(resolved, progress, ahead))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan, resolved), resolved)
+        return self._arrived(arrival, resolved)
 
     def flip(self, progress: Report = nobody) -> Answer:
         """Take up the tracked target in the other posture, by a safe way; a German mount changes sides."""
         arrival = self._perform(self._slewing.flip(progress))
-        return arrival_answer(arrival, self._session.planner, self._notes(arrival.plan))
+        return self._arrived(arrival)
 
     def park(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the park position and stay there."""
@@ -260,8 +264,9 @@ class Telescope:
     ) -> PlanAnswer:
         """Move axis 1 or 2 at a speed for a time; it cannot go further than that, whatever happens to the host."""
         if axis not in {1, 2}:
-            raise Refused(f"axis {axis}: use 1 or 2")
-        steps = self._slewing.jog(axis - 1, math.radians(deg_s), seconds, progress)
+            raise ArgumentError(f"axis {axis!r}: use 1 or 2")
+        rate = math.radians(finite("a jog at", deg_s, "degrees a second"))
+        steps = self._slewing.jog(axis - 1, rate, finite("a jog for", seconds, "seconds"), progress)
         return self._answered(self._perform(steps))
 
     def drive_at(self, deg_s_1: float, deg_s_2: float, seconds: float, progress: Report = nobody) -> Answer:
@@ -272,7 +277,8 @@ class Telescope:
         Refused, Unreachable, DriveError
             Not now, not so fast or not that way; the telescope is at rest.
         """
-        rates = math.radians(deg_s_1), math.radians(deg_s_2)
+        one, two = (finite("a speed of", each, "degrees a second") for each in (deg_s_1, deg_s_2))
+        rates, seconds = (math.radians(one), math.radians(two)), finite("a speed for", seconds, "seconds")
         moved = self._perform(self._direct.move(rates, seconds, progress))
         ends = {"from_deg": moved.start, "to_deg": moved.end}
         shown = {name: [math.degrees(angle) for angle in angles] for name, angles in ends.items()}
@@ -289,7 +295,7 @@ class Telescope:
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the telescope goes on tracking."""
-        self._control.let_pass(seconds)
+        self._control.let_pass(finite("a wait of", seconds, "seconds"))
 
     # Asking ----------------------------------------------------------------------------------------------------
 
@@ -302,9 +308,56 @@ class Telescope:
         rate_from: "TimeLike | None" = None,
     ) -> Answer:
         """Tracking rates of both axes at a time; rates of one's own as for `plan`."""
+        self._control.require_open()
         time = self._time(at)
         wanted = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
         return rates_of(self._session.planner, wanted, time)
+
+    def passes(
+        self,
+        target: "TargetLike",
+        hours: float = 24.0,
+        at: "TimeLike | None" = None,
+        *,
+        above_deg: float | None = None,
+        progress: Callable[[float, str], object] | None = None,
+    ) -> Answer:
+        """Search when a target, or each satellite of a TLE file, can be observed, as `clockdrive passes` does.
+
+        Parameters
+        ----------
+        target : str, SkyCoord or Target
+            Whatever `plan` takes, or the path of a TLE file.
+        hours : float
+            For how long to search.
+        at : float, datetime, Time or str, optional
+            From when on; now by default.
+        above_deg : float, optional
+            An altitude that must be exceeded besides the limits.
+        progress : callable, optional
+            Called with the fraction that is done and the name of what is looked at.
+
+        Raises
+        ------
+        InputError, TargetError
+            The time or the altitude is none; it is no target.
+        """
+        self._control.require_open()
+        planner, time = self._session.planner, self._time(at)
+        wanted = wanted_of(target, planner, time, self.configuration)
+        return searched(planner, wanted, time, hours, above_deg, progress)
+
+    def header(self) -> "Header":
+        """FITS cards of where the telescope points now, as `clockdrive header`.
+
+        Raises
+        ------
+        Refused
+            The position may be wrong.
+        """
+        from clockdrive.fits_header import cards  # noqa: PLC0415 - astropy takes a second to load
+
+        return cards(self.status().json, self.configuration)
 
     def status(self) -> Answer:
         """Everything that is known now: position, activity, limits, corrections in force, notes."""
@@ -314,6 +367,7 @@ class Telescope:
 
     def events(self, limit: int = 100) -> tuple[Event, ...]:
         """What happened, newest first."""
+        self._control.require_open()
         return self._store.events(limit=limit)
 
     def registers(self) -> dict[str, str]:
@@ -340,7 +394,8 @@ class Telescope:
         Refused
             A total is beyond a degree, or a limit forbids it.
         """
-        self._control.call(lambda: self._adjusting.offset(east_arcsec, north_arcsec))
+        east, north = (finite("an offset of", each, "arcseconds") for each in (east_arcsec, north_arcsec))
+        self._control.call(lambda: self._adjusting.offset(east, north))
 
     def guide(self, direction: str, milliseconds: float) -> tuple[float, float]:
         """Displace what is tracked by `guide_rate` × sidereal × time, on the sky; a new goto or a sync ends it.
@@ -406,6 +461,7 @@ class Telescope:
         Refused, Unreachable
             There is no such instrument; not now; or the target cannot be put on it.
         """
+        self._control.require_open()
         moved = False if name is None else self._perform(self._choosing.choose(name, progress))
         return instrument_answer(self._instruments, moved=moved)
 
@@ -505,6 +561,12 @@ class Telescope:
     def _notes(self, plan: Plan, target: Target | None = None) -> tuple[str, ...]:
         said = notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
         return (*said, *self._instruments.notes)
+
+    def _arrived(self, arrival: Arrival, target: Target | None = None) -> Answer:
+        session = self._session
+        return arrival_answer(
+            arrival, session.planner, self._notes(arrival.plan, target), target, warnings=session.warnings
+        )
 
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))

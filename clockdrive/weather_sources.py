@@ -26,7 +26,8 @@ from clockdrive.errors import ClockdriveError
 
 MOST_BYTES = 65_536
 _PROGRAM_S = 10.0
-_QUANTITIES = ("pressure_hpa", "temperature_c", "relative_humidity")
+_UNITS = {"pressure_hpa": "hPa", "temperature_c": "°C", "relative_humidity": "0 to 1"}
+_QUANTITIES = tuple(_UNITS)
 
 
 class WeatherError(ClockdriveError):
@@ -189,7 +190,7 @@ def measured(name: str, content: bytes, otherwise: float) -> Measured:
         It is neither, or holds no usable value.
     """
     values = _parsed(name, content)
-    found = {key: quantity(name, key, values[key]) for key in _QUANTITIES if values.get(key) is not None}
+    found = {key: quantity(name, key, values[key]) for key in _QUANTITIES if key in values}
     if not found.keys() & {"pressure_hpa", "temperature_c"}:
         there = ", ".join(map(str, values))[:200] or "nothing"
         raise WeatherError(f"{name} gives neither pressure_hpa nor temperature_c but {there}; give at least one")
@@ -209,7 +210,11 @@ def quantity(name: str, key: str, value: object) -> float:
         with suppress(OverflowError):
             if math.isfinite(value):
                 return float(value)
-    raise WeatherError(f"{name}: {key} is {str(value)[:80]!r}; give a finite number without unit")
+    shown = "null" if value is None else repr(str(value)[:80])
+    wanted = f" of {_UNITS[key]}" if key in _UNITS else ""
+    raise WeatherError(
+        f"{name}: {key} is {shown}; give a finite number{wanted} without unit, or leave it out where there is none"
+    )
 
 
 def _parsed(name: str, content: bytes) -> Mapping[str, object]:

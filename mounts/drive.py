@@ -129,6 +129,10 @@ class Drive(Protocol):
         """The speeds and accelerations at which `follow` can lead the axes; None for a drive that only slews."""
         ...
 
+    def stand_by(self, time: float) -> None:
+        """Get ready to lead the axes, which may take seconds; nothing moves otherwise for it."""
+        ...
+
     def follow(self, path: AxisPath, time: float) -> float:
         """Keep the axes on `path`, from wherever they are; return the seconds until it must be called again."""
         ...

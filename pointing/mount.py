@@ -9,7 +9,8 @@ registers. First order: MA = −X, ME = −Y; AW = X, AN = −Y.
 axis 2 = 180° − axis 2, which a southern equatorial mount writes −180° − axis 2.
 
 From there a *pointing model* leads to the mechanical angles. What bends is undone first, then the tilt of axis 1 by
-the model, which adds to (X, Y), then the tube in closed form: see `pointing.model.rigid` and `pointing.tube`.
+the model, which adds to (X, Y), then the tube in closed form, then what the axes read wrong, as by a worm: see
+`pointing.model.rigid` and `pointing.tube`.
 
 The *pointing origin* is the place in the focal plane on which the target is put. It is fixed to the tube: from the
 tube's axis by x across, along the great circle in the direction of increasing axis 1, then by y with axis 2. That is
@@ -111,6 +112,7 @@ class Mount:
     origin_x: float = 0.0
     origin_y: float = 0.0
     model: "PointingModel | None" = field(default=None, repr=False)
+    _reading: "PointingModel | None" = field(init=False, repr=False, compare=False)
     _rows: Rows = field(init=False, repr=False, compare=False)
     _tube: Tube = field(init=False, repr=False, compare=False)
     _bending: "Bending | None" = field(init=False, repr=False, compare=False)
@@ -132,18 +134,21 @@ class Mount:
             zero=math.pi if altaz else 0.0,
             turn=-math.pi if self.latitude < 0 and not altaz else math.pi,
             collimation=self.origin_x,
-            index2=(self.origin_y, self.origin_y),
+            index2=self.origin_y,
             aside=_ORIGIN,
         )
-        bending = None
+        reading = bending = None
         if self.model is not None:
-            rows, tube, bending = self._modelled(self.model, rows, tube)
+            rows, tube, reading, bending = self._modelled(self.model, rows, tube)
+        object.__setattr__(self, "_reading", reading)
         object.__setattr__(self, "_rows", rows)
         object.__setattr__(self, "_tube", tube)
         object.__setattr__(self, "_bending", bending)
 
-    def _modelled(self, model: "PointingModel", rows: Rows, tube: Tube) -> tuple[Rows, Tube, "Bending | None"]:
-        """Add a model to the frame and the tube; what bends stands between the two."""
+    def _modelled(
+        self, model: "PointingModel", rows: Rows, tube: Tube
+    ) -> "tuple[Rows, Tube, PointingModel | None, Bending | None]":
+        """Add a model to the frame and the tube; what bends stands between the two, what the axes read at the end."""
         from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
 
         if model.kind != self.type.kind or abs(model.latitude - self.latitude) > _SAME_SITE:
@@ -151,18 +156,17 @@ class Mount:
             of = f"{model.kind} mount at latitude {math.degrees(model.latitude):.4f}°"
             raise PointingError(f"a pointing model of an {of}, and this is an {here}: take the model of this one")
         rigid = rigid_part(model)
-        y = self.origin_y
         tube = replace(
             tube,
             collimation=self.origin_x + rigid.collimation,
             skew=rigid.skew,
             index1=rigid.index1,
-            index2=(rigid.index2[0] + y, rigid.index2[1] + y),
+            index2=self.origin_y + rigid.index2,
             aside=_MODEL,
         )
         if rigid.bending is None:
             rows = _product(_transposed(rigid.tilt), rows)
-        return rows, tube, rigid.bending
+        return rows, tube, rigid.reading, rigid.bending
 
     @property
     def origin_distance(self) -> float:
@@ -194,10 +198,13 @@ class Mount:
         place, beyond = self._to_mount(observed), posture == "beyond"
         if self._bending is not None:
             place, beyond = self._bending.telescope(place, beyond=beyond)
-        return self._tube.axes(place, beyond=beyond)
+        axes = self._tube.axes(place, beyond=beyond)
+        return axes if self._reading is None else self._reading.telescope(*axes)
 
     def observed(self, axis1: float, axis2: float) -> Vector:
         """Observed direction of the pointing origin, horizon frame, at mechanical axis angles; inverse of `axes`."""
+        if self._reading is not None:
+            axis1, axis2 = self._reading.star(axis1, axis2)
         place = self._tube.direction(axis1, axis2)
         if self._bending is not None:
             place = self._bending.star(place, beyond=self._tube.beyond(axis2))
@@ -228,7 +235,14 @@ class Mount:
         place, motion, beyond = self._to_mount(observed), self._to_mount(rate), posture == "beyond"
         if self._bending is not None:
             place, motion, beyond = self._bending.telescope_and_rate(place, motion, beyond=beyond)
-        return self._tube.axes_and_rates(place, motion, beyond=beyond)
+        axes = self._tube.axes_and_rates(place, motion, beyond=beyond)
+        if self._reading is None:
+            return axes
+        (axis1, rate1), (axis2, rate2) = axes
+        (axis1, axis2), (rate1, rate2) = self._reading.telescope_and_rates(
+            axis1, axis2, rate1 * math.cos(axis2), rate2
+        )
+        return (axis1, rate1), (axis2, rate2)
 
     def posture(self, axis2: float) -> Posture:
         """Whether at an axis 2 angle the pointing origin lies in the normal range or beyond the pole."""

@@ -2,8 +2,10 @@
 
 Each format is a table of columns, counted from 1 as the Center documents them; what is asked of a body is read by the
 table, and a field that is missing or impossible is refused with file, line and columns. Only the lines that a name
-selects are read as elements, so that what is odd elsewhere in a catalogue does no harm. Of a file with a header, as
-MPCORB has, the bodies begin after the line of dashes; blank lines and those that begin with `#` are passed over.
+selects are read as elements, so that what is odd elsewhere in a catalogue does no harm. A line with something in the
+columns that its format leaves blank, or too short for its numbers, is no line of elements and stands for no body. Of
+a file with a header, as MPCORB has, the bodies begin after the line of dashes; blank lines and those that begin with
+`#` are passed over.
 """
 
 import math
@@ -27,6 +29,7 @@ _COMET = re.compile(r"[ \d]{4}[ACDIPX]")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)", re.ASCII)
 _READABLE_COMET = re.compile(r"\s*(?P<designation>[^(/]*(?:/[^(]*)?)\s*(?:\((?P<name>.*)\))?\s*")
 _SHOWN = 5
+_UNREADABLE = "\N{REPLACEMENT CHARACTER}"
 
 
 class Column(NamedTuple):
@@ -49,6 +52,7 @@ _INCLINATION = Column("inclination", 60, 68, 0.0, 180.0, "°")
 _ECCENTRICITY = Column("eccentricity", 71, 79, 0.0, 100.0)
 _AXIS = Column("semimajor axis", 93, 103, -1e5, 1e5, " au")
 _ASTEROID_NAME = (167, 194)
+_ASTEROID_GAPS = (8, 14, 20, 26, 36, 37, 47, 48, 58, 59, 69, 70, 80, 92)
 # https://minorplanetcenter.net/iau/info/CometOrbitFormat.html
 _YEAR = Column("year of perihelion", 15, 18, _FIRST_YEAR, 9998)
 _MONTH = Column("month of perihelion", 20, 21, 1, 12)
@@ -63,6 +67,18 @@ _EPOCH_YEAR = Column("year of epoch", 82, 85, _FIRST_YEAR, 9998)
 _EPOCH_MONTH = Column("month of epoch", 86, 87, 1, 12)
 _EPOCH_DAY = Column("day of epoch", 88, 89, 1, 31)
 _COMET_NAME = (103, 158)
+_COMET_GAPS = (13, 14, 19, 22, 30, 40, 41, 50, 51, 60, 61, 70, 71)
+
+
+def _layout(gaps: tuple[int, ...], last: Column) -> re.Pattern[str]:
+    """What every line begins with that has nothing in its gaps and reaches as far as its last number begins."""
+    return re.compile("".join(" " if column in gaps else "." for column in range(1, last.first + 1)))
+
+
+_LAYOUTS = (
+    (_ASTEROID_GAPS, _AXIS, _layout(_ASTEROID_GAPS, _AXIS)),
+    (_COMET_GAPS, _COMET_INCLINATION, _layout(_COMET_GAPS, _COMET_INCLINATION)),
+)
 
 
 @dataclass(frozen=True)
@@ -106,7 +122,25 @@ class Line:
     def name(self) -> str:
         """The readable designation, or what the packed one stands for."""
         first, last = _COMET_NAME if self.is_comet else _ASTEROID_NAME
-        return self.text[first - 1 : last].strip() or unpacked(self.packed)
+        return _printable(self.text[first - 1 : last].strip() or unpacked(self.packed))
+
+    @property
+    def oddity(self) -> TargetError | None:
+        """Why this is no line of elements; None where it is one."""
+        gaps, last, layout = _LAYOUTS[self.is_comet]
+        if self.text.isprintable() and layout.match(self.text):
+            return None
+        for column, character in enumerate(self.text, 1):
+            if not character.isprintable():
+                return self._odd(column, f"the character U+{ord(character):04X} cannot stand there")
+            if column in gaps and character != " ":
+                return self._odd(column, f"{character!r} stands where the format has a blank")
+        column = len(self.text) + 1
+        return self._odd(column, f"the line ends before its {last.name}, columns {last.first}–{last.last}")
+
+    def _odd(self, column: int, why: str) -> TargetError:
+        where = f"{self.file}, line {self.number}, column {column}"
+        return TargetError(f"{where}: no line of MPCORB or CometEls: {why}; check the file")
 
     def field(self, first: int, last: int, name: str) -> str:
         """Return what stands in columns, without blanks around it.
@@ -163,10 +197,13 @@ def read_elements(path: str | Path, name: str = "") -> Elements:
     """
     wanted = key(name) or name.strip()  # what is all punctuation is nobody's name, and not no name
     found, others = [], []
+    odd: TargetError | None = None
     for line in _bodies(path):
-        if not wanted or _is_called(line, wanted):
+        oddity = line.oddity
+        odd = odd or oddity
+        if _is_called(line, wanted) if wanted else oddity is None:
             found.append(line)
-        else:
+        elif oddity is None:
             others.append(line.name)
     if len(found) == 1:
         return elements(found[0])
@@ -175,6 +212,8 @@ def read_elements(path: str | Path, name: str = "") -> Elements:
         shown = ", ".join(line.name for line in found[:_SHOWN]) + (" …" if len(found) > _SHOWN else "")
         what = f"{len(found)} bodies called {name!r}" if wanted else f"{len(found)} bodies"
         raise TargetError(f"{file} holds {what}: {shown}; say which by mpc:{file}#DESIGNATION")
+    if not others and odd is not None:
+        raise odd
     if not others:
         raise TargetError(f"{file} holds no body: give a file of MPCORB or CometEls lines")
     raise TargetError(f"{file} has no body called {name!r}: {_advice(wanted, others)}")
@@ -188,7 +227,10 @@ def elements(line: Line) -> Elements:
     TargetError
         A field is missing or impossible; the text gives file, line and columns.
     """
-    return _comet(line) if line.is_comet else _asteroid(line)
+    found = _comet(line) if line.is_comet else _asteroid(line)
+    if line.oddity is not None:
+        raise line.oddity
+    return found
 
 
 def keys(line: Line) -> frozenset[str]:
@@ -297,6 +339,11 @@ def _lines(path: str | Path) -> Iterator[tuple[int, str]]:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise TargetError(f"{str(path)!r} cannot be read ({why}): give a file of MPCORB or CometEls lines") from None
+
+
+def _printable(text: str) -> str:
+    """The text with a sign for what a terminal must not be sent."""
+    return text if text.isprintable() else "".join(each if each.isprintable() else _UNREADABLE for each in text)
 
 
 def _advice(wanted: str, names: list[str]) -> str:

@@ -19,6 +19,7 @@ from pointing.mount import POSTURES, Posture
 from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
+from pointing.remedy import OF_A_WAY, remedy
 from pointing.slew import Travel
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
@@ -91,7 +92,8 @@ class Planner(Geometry):
         checks = self.no_placement(target, begin, postures) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
         free = self._free_from(target, start, timing, posture) if search else None
-        raise Unreachable(f"{target.name}: {reason}", free, checks)
+        advice = remedy(checks, free, searched=search)
+        raise Unreachable(f"{target.name}: {reason}; {advice}", free, checks)
 
     def plan_axes(self, name: str, angles: tuple[float, float], start: Start, timing: Timing) -> Plan:
         """Plan a slew to fixed axis angles, radians, ending at rest: park, home and jog.
@@ -115,7 +117,7 @@ class Planner(Geometry):
         plan = self._assembled(name, way, sun, targets, travels, start, timing, ends_clear=False)
         refused = [check.detail for check in plan.checks if not check.ok]
         if refused:
-            raise Unreachable(f"{name}: {'; '.join(refused)}", checks=plan.checks)
+            raise Unreachable(f"{name}: {'; '.join(refused)}; {OF_A_WAY}", checks=plan.checks)
         return plan
 
     def reachable(self, target: Target, after: float) -> float | None:

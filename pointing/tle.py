@@ -190,6 +190,8 @@ def _listed(sets: Sequence[Tle]) -> str:
 
 def _text(path: Path) -> str:
     try:
+        if path.is_dir():
+            raise TargetError(f"TLE file {path}: it is a folder; give a file in it")
         if not path.is_file():
             raise TargetError(f"TLE file {path}: there is no such file; check the path")
         if path.stat().st_size > _MOST_BYTES:

@@ -44,8 +44,8 @@ class Tube:
         γ, radians, pointing origin included.
     skew : float
         ν, radians.
-    index1, index2 : tuple of float
-        Added to an axis's angle in normal posture and beyond, radians; that of axis 2 with the pointing origin.
+    index1, index2 : float
+        Added to the angle of an axis, radians; that of axis 2 with the pointing origin.
     aside : str
         For refusals: what does not come to the pole within `{blind}` degrees, and what helps.
     """
@@ -54,8 +54,8 @@ class Tube:
     turn: float
     collimation: float = 0.0
     skew: float = 0.0
-    index1: tuple[float, float] = (0.0, 0.0)
-    index2: tuple[float, float] = (0.0, 0.0)
+    index1: float = 0.0
+    index2: float = 0.0
     aside: tuple[str, str] = ("", "")
     _straight: bool = field(init=False, repr=False, compare=False)
     _across: tuple[float, float] = field(init=False, repr=False, compare=False)  # sin γ, cos γ
@@ -72,12 +72,11 @@ class Tube:
 
     def beyond(self, axis2: float) -> bool:
         """Whether the pointing origin is beyond the pole of axis 1 at an angle of axis 2."""
-        return math.cos(axis2 + self._index(axis2)[1]) < 0.0
+        return math.cos(axis2 + self.index2) < 0.0
 
     def direction(self, axis1: float, axis2: float) -> Vector:
         """Where the pointing origin looks at these angles; inverse of `axes`."""
-        index1, index2 = self._index(axis2)
-        lateral, up = self.zero - axis1 - index1, axis2 + index2
+        lateral, up = self.zero - axis1 - self.index1, axis2 + self.index2
         c, z = math.cos(up), math.sin(up)
         x, y = math.cos(lateral), math.sin(lateral)
         if self._straight:
@@ -109,8 +108,8 @@ class Tube:
             axis1 += aside if beyond else -aside
         axis2 = math.atan2(z, reach)
         if beyond:
-            return axis1 + math.pi - self.index1[1], self.turn - axis2 - self.index2[1]
-        return axis1 - self.index1[0], axis2 - self.index2[0]
+            return axis1 + math.pi - self.index1, self.turn - axis2 - self.index2
+        return axis1 - self.index1, axis2 - self.index2
 
     def axes_and_rates(self, direction: Vector, rate: Vector, *, beyond: bool) -> AngleRates:
         """Angle and rate of each axis that keep the pointing origin on a moving direction.
@@ -149,10 +148,10 @@ class Tube:
             rate2 = (vz * reach - z * outwards / reach) / (reach * reach + z * z)
         if beyond:
             return (
-                (axis1 + aside + math.pi - self.index1[1], rate1 + turning),
-                (self.turn - axis2 - self.index2[1], -rate2),
+                (axis1 + aside + math.pi - self.index1, rate1 + turning),
+                (self.turn - axis2 - self.index2, -rate2),
             )
-        return (axis1 - aside - self.index1[0], rate1 - turning), (axis2 - self.index2[0], rate2)
+        return (axis1 - aside - self.index1, rate1 - turning), (axis2 - self.index2, rate2)
 
     def _aside(self, z: float, vz: float, rho2: float, reach: float, outwards: float) -> tuple[float, float]:
         """By how much axis 1 stands back for collimation and non-perpendicularity, and its derivative."""
@@ -164,10 +163,6 @@ class Tube:
             aside += math.atan2(z * sin_n, level)
             turning += sin_n * (vz * level - z * outwards / level) / (level2 + (z * sin_n) ** 2)
         return aside, turning
-
-    def _index(self, axis2: float) -> tuple[float, float]:
-        side = math.cos(axis2) < 0.0
-        return self.index1[side], self.index2[side]
 
     def _reach(self, rho: float) -> float:
         """Return c, for a direction whose distance from axis 1 has the sine `rho`.

@@ -1,16 +1,19 @@
 """Telescopes to plan for: a drive with trapezoidal slews, three mounts, and what a person would call random skies."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
 
 from pointing.gearing import Gearing
+from pointing.instant import Instant
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
 from pointing.plan import Axis, Start, Timing
 from pointing.planner import Planner
 from pointing.site import Site
 from pointing.sky import Sky
+from pointing.targets import Star
 
 MIDNIGHT = 1_800_000_000.0
 STEP = Fraction(3, 11875)  # degrees a count
@@ -109,6 +112,20 @@ def planner(
         Limits(horizon or Horizon.level(5.0), math.radians(sun_deg)),
         math.radians(past_deg),
     )
+
+
+def random_star(rng):
+    """A star anywhere on the sphere."""
+    return Star.from_degrees(rng.uniform(0.0, 360.0), math.degrees(math.asin(rng.uniform(-1.0, 1.0))))
+
+
+def noon_of(subject):
+    """The first moment after MIDNIGHT, of those every five minutes, with the Sun within 3° of the meridian and up."""
+    for time in itertools.count(MIDNIGHT, 300.0):
+        _, east, up = subject.sky.at(Instant.from_posix(time)).sun()
+        if up > 0.0 and abs(east) < 0.05:
+            return time
+    raise AssertionError("it never is noon")
 
 
 def start_at(subject, axis1_deg, axis2_deg, time=MIDNIGHT, rates_deg_s=(0.0, 0.0)):

@@ -2,6 +2,12 @@
 
 import math
 
+import pytest
+from planning_bench import MIDNIGHT, random_star
+
+from pointing.instant import Instant
+from pointing.mount import Mount
+
 ALLOWED_DEG_S = 1e-9  # and 1e-8 of the rate itself
 ALLOWED_SHARE = 1e-8
 
@@ -25,3 +31,30 @@ def share_of_allowed(target, sky, instant, step=40.0):
     measured = extrapolated(lambda i: target.observed(sky.at(i)), instant, step)
     allowed = math.radians(ALLOWED_DEG_S) + ALLOWED_SHARE * math.hypot(*rate)
     return math.dist(rate, measured) / allowed
+
+
+def share_of_allowed_on_axes(subject, sky, posture, rng, farthest, stars=6):
+    """By how much of what is allowed axis rates differ from measured ones, of stars of chance 10° up and higher.
+
+    The tube stands at most `farthest`, radians, from the equator of axis 1: rates at its pole have no bound.
+    """
+    bare = Mount(subject.type, subject.latitude, subject.x, subject.y)
+    worst = tried = 0
+    while tried < stars:
+        star, instant = random_star(rng), Instant.from_posix(MIDNIGHT + rng.uniform(-5e8, 5e8))
+        observed, rate = star.observed_with_rate(sky.at(instant))
+        if observed[2] < math.sin(math.radians(10.0)) or abs(bare.axes(observed, "normal")[1]) > farthest:
+            continue
+        tried += 1
+        here = subject.axes(observed, posture)
+
+        def angles(at, star=star, near=here):
+            found = subject.axes(star.observed(sky.at(at)), posture)
+            return [a - math.tau * round((a - b) / math.tau) for a, b in zip(found, near, strict=True)]
+
+        state = subject.axes_and_rates(observed, rate, posture)
+        assert [angle for angle, _ in state] == pytest.approx(here, abs=1e-15)
+        for (_, stated), measured in zip(state, extrapolated(angles, instant, 32.0), strict=True):
+            error = abs(math.degrees(stated - measured))
+            worst = max(worst, error / (ALLOWED_DEG_S + ALLOWED_SHARE * abs(math.degrees(stated))))
+    return worst

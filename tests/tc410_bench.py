@@ -13,6 +13,7 @@ from clockdrive import simulators, tc410_assembly
 from clockdrive.assembly import planner
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
+from mounts.deadman import DeadManError
 from mounts.drive import AxisPath, AxisSlew, Reading
 from mounts.tc410.drive import TC410
 from mounts.tc410.registers import COUNTS_PER_SECOND
@@ -198,4 +199,39 @@ class Bench:
             self.wait(poll_s)
 
 
-__all__ = ["STEP_ARCSEC", "T0", "Bench", "FixedHaDec", "LinkError", "OnSky", "Straight"]
+class Beside:
+    """A guardian that keeps a diary, and counts the beats; it says the motion's end by its `fate`."""
+
+    def __init__(self, *, starts: bool = True) -> None:
+        self.diary: list[str] = []
+        self.beats, self.fate, self.starts = 0, "", starts
+
+    def start(self) -> None:
+        if not self.starts:
+            raise DeadManError("the dead-man process did not start")
+        self.diary.append("start")
+
+    def arm(self) -> None:
+        self.diary.append("arm")
+
+    def beat(self) -> bool:
+        self.beats += 1
+        return not self.fate
+
+    def disarm(self) -> None:
+        self.diary.append("disarm")
+
+    def close(self) -> None:
+        self.diary.append("close")
+
+
+def bench_beside(guardian: Beside | None, **overrides: Any) -> Bench:
+    """Make a bench whose driver has this guardian beside it for direct speed control, or none."""
+    bench = Bench(**overrides)
+    bench.drive = bench.made()
+    bench.drive._direct._guardian = guardian
+    bench.drive.connect(bench.now, make_safe=False)
+    return bench
+
+
+__all__ = ["STEP_ARCSEC", "T0", "Bench", "Beside", "FixedHaDec", "LinkError", "OnSky", "Straight", "bench_beside"]

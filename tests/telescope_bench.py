@@ -72,6 +72,24 @@ class Witness:
         )
         return one, two
 
+    def off_counts(self, target: Target, counts: tuple[float, float], time: float) -> tuple[float, float]:
+        """By how many counts each axis is off where the target wants it, in the posture in which it is followed."""
+        planner, posture = self.scope._session.planner, self.scope._session.pursuit.posture
+        state = planner.track(target, time, posture, self.angles(counts))
+        one, two = (
+            true - axis.gearing.counts(angle)
+            for true, axis, (angle, _) in zip(counts, planner.axes, state, strict=True)
+        )
+        return one, two
+
+    def at_arrival(self) -> tuple[float, float]:
+        """Counts at the arrival that was announced, for which a telescope that is early waits."""
+        if self.counts_at_arrival is None:
+            self.scope.wait(0.1)
+            self.now()
+        assert self.counts_at_arrival is not None
+        return self.counts_at_arrival
+
     def on_sky_arcsec(self, target: Target, counts: tuple[float, float], time: float) -> float:
         """Angle between the target and where the tube really looks."""
         configuration = self.scope.configuration

@@ -194,7 +194,7 @@ def test_every_link_of_the_documentation_leads_somewhere():
 @pytest.mark.checkout
 @pytest.mark.parametrize(
     ("name", "ends"),
-    [("goto", ".venv/bin/clockdrive goto best --for 20s"), ("tests", ".venv/bin/pytest")],
+    [("goto", ".venv/bin/clockdrive goto best --for 20s"), ("tests", ".venv/bin/pytest -n 2")],
 )
 def test_the_readme_prints_the_commands_that_the_check_runs(name, ends):
     readme = (CHECKOUT / "README.md").read_text(encoding="utf-8")

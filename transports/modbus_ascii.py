@@ -53,6 +53,7 @@ class Answer:
     values: tuple[int, ...]  # register values, or bits as 0 and 1
     sent: float  # POSIX time at which the request's last byte left
     received: float  # POSIX time at which the whole answer was here
+    asked: float  # POSIX time before any of the request was given to the link
 
 
 class ModbusAscii:
@@ -93,6 +94,7 @@ class ModbusAscii:
         self._answered: dict[bytes, Request] = {}  # reads that can serve as markers, by the head of the answer
         self._in_step = True  # no older answer can pass for the next
         self._last_heard = float("-inf")
+        self._last_asked = float("-inf")
 
     @property
     def name(self) -> str:
@@ -142,11 +144,11 @@ class ModbusAscii:
     def _read(self, request: Request) -> Answer:
         pdu, sent = self._ask(request, READ_ATTEMPTS)
         self._answered[request.head] = request
-        return Answer(request.values(pdu), sent, self._last_heard)
+        return Answer(request.values(pdu), sent, self._last_heard, self._last_asked)
 
     def _write(self, request: Request, values: Sequence[int]) -> Answer:
         _, sent = self._ask(request, 1)
-        return Answer(tuple(values), sent, self._last_heard)
+        return Answer(tuple(values), sent, self._last_heard, self._last_asked)
 
     def _ask(self, request: Request, attempts: int) -> tuple[bytes, float]:
         """Return the answer's PDU and when the request was sent, asking again while attempts and time remain."""
@@ -214,6 +216,7 @@ class ModbusAscii:
         """Send the request and wait for its answer; anything but an answer leaves the line in doubt."""
         refusable = not is_marker and all(head[0] != request.pdu[0] for head in self._missing)
         try:
+            self._last_asked = self._clock.now()
             sent = link.write(encode_frame(self._unit, request.pdu))
             pdu, followers = self._await(link, request, sent + self._timeout, refusable=refusable)
             self._require_alone(link, request, followers)

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
 from clockdrive.configuration import Configuration, load
-from clockdrive.errors import ClockdriveError
-from clockdrive.owner import attach
+from clockdrive.errors import ClockdriveError, OwnedElsewhere
+from clockdrive.owner import attach, unanswered
 from mounts.errors import DriveError
 from transports.errors import TransportError
 
@@ -105,7 +105,11 @@ def backend(
         return
     from clockdrive.telescope import Telescope  # noqa: PLC0415 - what needs no telescope starts without
 
-    telescope = Telescope(configuration, command=command)
+    try:
+        telescope = Telescope(configuration, command=command)
+    except OwnedElsewhere as error:
+        frozen = unanswered(configuration.state_directory, configuration.identity) if may_attach else ""
+        raise OwnedElsewhere(frozen or str(error)) from error
     try:
         owning = Owning(telescope)
         owning.leaves_tracking = keep_tracking

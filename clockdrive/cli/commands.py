@@ -12,7 +12,7 @@ from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
-from clockdrive.configuration_keys import DRIVE_KINDS
+from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
@@ -68,6 +68,8 @@ def goto(args: argparse.Namespace) -> None:
     leave = not stay and (args.exit or args.json)
     rate = _rate(args)
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
+        if leave and not telescope.attached:
+            _require_left(telescope.call("plan", target=_target(args), **rate))
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args), **rate)
         if not args.json:
@@ -77,6 +79,21 @@ def goto(args: argparse.Namespace) -> None:
             _track(telescope, seconds, quiet=args.json)
         if args.json:
             display.as_json(answer)
+
+
+def _require_left(plan: Mapping[str, Any]) -> None:
+    """Refuse a target that the drive cannot go on with by itself, before anything moves.
+
+    Raises
+    ------
+    Refused
+        It is followed by direct speed control, which ends with this command.
+    """
+    if "pass" in plan:
+        raise Refused(
+            f"{plan['target']} is too fast to be left to the drive alone, and --exit and --json return on arrival: "
+            "say how long to follow it, `--for 5m`, or have `clockdrive run` own the telescope, which goes on with it"
+        )
 
 
 def jog(args: argparse.Namespace) -> None:
@@ -224,6 +241,15 @@ def init(args: argparse.Namespace) -> None:
     """Print a commented configuration."""
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
+    if args.kind is not None and args.kind not in DRIVEN:
+        if args.unit is not None:
+            raise InputError(
+                f"init {args.kind} --from {args.unit}: {NO_OTHER_DRIVE}; `clockdrive init {args.kind}` "
+                f"writes the keys of the {args.kind}, `clockdrive init {DRIVEN[0]} --from LINK` reads a {DRIVEN[0]}"
+            )
+        print(f"clockdrive: {NO_OTHER_DRIVE}; `config check` will say the same of this file", file=sys.stderr)
+    if args.unit is not None and args.mount is not None:
+        raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")
     if args.unit is not None:
         from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
         from clockdrive.first_configuration import commented_from  # noqa: PLC0415 - likewise
@@ -262,17 +288,13 @@ def report(args: argparse.Namespace) -> None:
 def _track(telescope: Backend, seconds: float | None, *, quiet: bool) -> None:
     """Show a live line while the telescope tracks, or does what another command asks; end with what ended it."""
     end = math.inf if seconds is None else time.monotonic() + seconds
-    try:
-        with display.live(quiet=quiet) as show:
-            while time.monotonic() < end:
-                found = telescope.call("status")
-                show(found)
-                if found["doing"] in {"idle", "parked"}:
-                    raise Refused(found["trouble"] or "the telescope was stopped by another command")
-                time.sleep(max(0.0, min(1.0, end - time.monotonic())))
-    except KeyboardInterrupt:
-        telescope.call("stop")
-        raise
+    with display.live(quiet=quiet) as show:
+        while time.monotonic() < end:
+            found = telescope.call("status")
+            show(found)
+            if found["doing"] in {"idle", "parked"}:
+                raise Refused(found["trouble"] or "the telescope was stopped by another command")
+            time.sleep(max(0.0, min(1.0, end - time.monotonic())))
     telescope.call("stop")
     if not quiet:
         print("stopped", file=sys.stderr)

@@ -20,14 +20,18 @@ def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
     if quiet:
         yield lambda event: None  # noqa: ARG005 - nobody looks
     elif not sys.stderr.isatty():
-        yield _lines(lambda event: f"slewing to {event['target']}", _slew_line)
+        yield _lines(_going, _slew_line)
     else:
         with _bar() as show:
             yield show
 
 
+def _going(event: Mapping[str, Any]) -> str:
+    return f"waiting {event['waiting']}" if event.get("waiting") else f"slewing to {event['target']}"
+
+
 def _slew_line(event: Mapping[str, Any]) -> str:
-    return f"slewing to {event['target']}: {float(event['remaining_s']):.1f} s left"
+    return f"{_going(event)}: {float(event['remaining_s']):.1f} s left"
 
 
 @contextmanager
@@ -44,7 +48,7 @@ def _bar() -> Iterator[OnEvent]:
         left, eta = float(event["remaining_s"]), float(event["eta_s"] or 0.0)
         bar.update(
             task,
-            description=f"slewing to {event['target']}",
+            description=_going(event),
             total=max(eta, 1e-3),
             completed=max(0.0, eta - left),
             left=f"{left:6.1f} s left",
@@ -93,7 +97,8 @@ def passes_text(answer: Mapping[str, Any]) -> str:
         )
         for each in answer["passes"]
     ]
-    lines = [f"from {answer['after_utc']} to {answer['until_utc']}: {len(rows)} passes (UTC, azimuth, altitude)"]
+    count = "1 pass" if len(rows) == 1 else f"{len(rows)} passes"
+    lines = [f"from {answer['after_utc']} to {answer['until_utc']}: {count} (UTC, azimuth, altitude)"]
     if rows:
         head = ("target", "rise", "culmination", "set", "")
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
@@ -120,12 +125,30 @@ def live(*, quiet: bool) -> Iterator[OnEvent]:
     if quiet:
         yield lambda status: None  # noqa: ARG005 - nobody looks
     elif not sys.stderr.isatty():
-        yield _lines(lambda status: (status["doing"], status.get("coming_to_rest"), status.get("target")), live_line)
+        yield _warning(
+            _lines(lambda status: (status["doing"], status.get("coming_to_rest"), status.get("target")), live_line)
+        )
     else:
         try:
-            yield _overwriting(live_line)
+            yield _warning(_overwriting(live_line), before="\n")
         finally:
             print(file=sys.stderr)
+
+
+def _warning(show: OnEvent, before: str = "") -> OnEvent:
+    """Print each warning that comes up, on a line of its own."""
+    told: Sequence[str] = ()
+
+    def shown(status: Mapping[str, Any]) -> None:
+        nonlocal told
+        warnings = status.get("warnings", ())
+        for text in warnings:
+            if text not in told:
+                print(f"{before}clockdrive: {text}", file=sys.stderr, flush=True)
+        told = warnings
+        show(status)
+
+    return shown
 
 
 def _lines(state: Callable[[Mapping[str, Any]], object], text: Callable[[Mapping[str, Any]], str]) -> OnEvent:
@@ -231,7 +254,7 @@ def arrival_text(answer: Mapping[str, Any]) -> str:
         f"{answer['arrival_error_arcsec']:.2f}″ off on landing, {answer['slews']} slew(s)"
     )
     of_the_target = [note for note in _notes(answer) if note.startswith(f"  note: {answer['target']}: ")]
-    return "\n".join((arrival, *of_the_target))
+    return "\n".join((arrival, *of_the_target, *(f"  warning: {text}" for text in answer["warnings"])))
 
 
 def guide_text(answer: Mapping[str, Any]) -> str:
@@ -242,10 +265,12 @@ def guide_text(answer: Mapping[str, Any]) -> str:
 def centre_text(answer: Mapping[str, Any]) -> str:
     """What an image told, as two lines."""
     how = "slewn" if answer["slewed"] else "moved"
+    pulses = answer["guide_cleared"]
+    cleared = f"\n  it took in and cleared the guide pulses, {_east_north(pulses)}" if pulses else ""
     return (
         f"{answer['target']} on {answer['instrument']}: the counts stood {_east_north(answer['error'])} of the image "
         f"of {answer['exposure_utc']}\n  {how} by {answer['moved_arcsec']:.2f}″; "
-        f"in force is centre {_east_north(answer['centre'])}"
+        f"in force is centre {_east_north(answer['centre'])}{cleared}"
     )
 
 
@@ -273,6 +298,9 @@ def live_line(status: Mapping[str, Any]) -> str:
     place, error = status["observed"], status["error_arcsec"]
     off = "" if error is None else f"  {error:.2f}″ off"
     doing = "coming to rest" if status["coming_to_rest"] else status["doing"]
+    waiting = status["waiting"]
+    if waiting is not None:
+        return f"{waiting['text']}: {waiting['left_s']:.0f} s left"
     return (
         f"{doing} {status['target'] or ''}  azimuth {place['azimuth_deg']:.4f}°  "
         f"altitude {place['altitude_deg']:.4f}°{off}"
@@ -307,6 +335,7 @@ def status_text(status: Mapping[str, Any]) -> str:
         ]
     if status["parked"]:
         lines.append("  parked; `clockdrive unpark` allows motion")
+    lines += [f"  warning: {text}" for text in status["warnings"]]
     lines += [f"  {text}" for text in (status["trouble"], *status["notes"]) if text]
     return "\n".join(lines)
 

@@ -54,11 +54,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _refused(error: Exception, *, as_json: bool) -> int:
     reachable = getattr(error, "reachable_utc", None) or getattr(error, "reachable", None)
-    answer = refusal(str(error), reachable)
+    text = "".join(each if each.isprintable() or each == "\n" else "\N{REPLACEMENT CHARACTER}" for each in str(error))
+    answer = refusal(text, reachable)
     if as_json:
         print(json.dumps(answer))
     else:
-        print(f"clockdrive: {error}", file=sys.stderr)
+        print(f"clockdrive: {text}", file=sys.stderr)
         if reachable is not None:
             print(f"clockdrive: it can be reached from {answer['reachable_utc']}", file=sys.stderr)
     return USAGE if isinstance(error, InputError | ConfigurationError) else FAILED

@@ -68,10 +68,19 @@ def _asking(add_with_target: Adder) -> None:
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:
-    goto = add_with_target("goto", "slew to a target, check the arrival, track")
+    goto = add_with_target(
+        "goto",
+        "slew to a target, check the arrival, track until Ctrl-C; with --json or --exit return after arrival, and "
+        "leave the drive tracking by itself",
+    )
     ending = goto.add_mutually_exclusive_group()
     ending.add_argument("--for", dest="duration", metavar="TIME", help="track for 30s, 5m, 1h, then stop")
-    ending.add_argument("--exit", action="store_true", help="return after arrival; the drive goes on tracking")
+    ending.add_argument(
+        "--exit",
+        action="store_true",
+        help="return after arrival; the drive goes on tracking, where it can by itself: satellites are refused. "
+        "--json without --for does the same",
+    )
     track = add_with_target("track", "slew to a target and track it for a time")
     track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
     _add_rate(goto)

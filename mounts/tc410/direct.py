@@ -53,6 +53,7 @@ class DirectSpeed:
     def __init__(self, unit: Unit, guardian: Guardian | None) -> None:
         self._unit = unit
         self._guardian = guardian
+        self._started = False
         self.armed = False
         self.velocities: list[tuple[int, ...]] | None = None
         """What the unit was last told and acknowledged; None when that is not known."""
@@ -61,6 +62,16 @@ class DirectSpeed:
     def fate(self) -> str:
         """Why the axes must not go on: what became of the guardian; empty when all is well."""
         return self._guardian.fate if self.armed and self._guardian is not None else ""
+
+    def stand_by(self) -> None:
+        """Have the guardian started, which takes a moment, and not armed yet; harmless when it is either.
+
+        Raises
+        ------
+        DriveRefused, DriveError
+            There is none, or it does not start.
+        """
+        self._beside()
 
     def begin(self) -> None:
         """Have the guardian armed; harmless when it is.
@@ -72,25 +83,31 @@ class DirectSpeed:
         """
         if self.armed:
             return
+        guardian, self._started = self._beside(), False  # one that cannot be armed is started anew the next time
+        guardian.arm()
+        self._started = self.armed = True
+        self._unit.before_each = guardian.beat
+
+    def end(self) -> None:
+        """Let the guardian go; the axes have been stopped."""
+        self.velocities = None
+        if not self._started or self._guardian is None:
+            return
+        self._started = self.armed = False
+        self._unit.before_each = _nobody
+        self._guardian.disarm()
+        self._guardian.close()
+
+    def _beside(self) -> Guardian:
         if self._guardian is None:
             raise DriveRefused(
                 "direct speed control needs a dead-man process beside it, and this driver was made without one; "
                 "use `jog` or `goto`, which the drive ends by itself"
             )
-        self._guardian.start()
-        self._guardian.arm()
-        self.armed = True
-        self._unit.before_each = self._guardian.beat
-
-    def end(self) -> None:
-        """Let the guardian go; the axes have been stopped."""
-        self.velocities = None
-        if not self.armed or self._guardian is None:
-            return
-        self.armed = False
-        self._unit.before_each = _nobody
-        self._guardian.disarm()
-        self._guardian.close()
+        if not self._started:
+            self._guardian.start()
+            self._started = True
+        return self._guardian
 
 
 def _nobody() -> None:

@@ -99,6 +99,7 @@ class TC410:
         self._learnt = Learnt.from_json(memory.get("learnt"))
         lowered = memory.get("restore")
         self._lowered: dict[str, float] = dict(lowered) if isinstance(lowered, Mapping) else {}
+        self._borrowed = False  # whether what is lowered was borrowed, and not for a slew that ends by itself
         self._notes: list[str] = []
         self._models: tuple[Tc410SlewModel, Tc410SlewModel] | None = None
         self._control = 0
@@ -189,7 +190,7 @@ class TC410:
         What they hold is remembered first, so that the next process gives it back when this one cannot.
         """
         found = {name: self._unit.read(name)[name] for name in changes if name not in self._lowered}
-        self._lowered = {**self._lowered, **found}
+        self._lowered, self._borrowed = {**self._lowered, **found}, True
         self._remember(self.memory)
         for name, value in changes.items():
             self._unit.write(name, value)
@@ -197,6 +198,11 @@ class TC410:
     def give_back(self) -> None:
         """Write back what was borrowed."""
         self._restore_speed()
+
+    @property
+    def lent(self) -> Mapping[str, float]:
+        """What the registers that are changed for a while hold otherwise, by name."""
+        return dict(self._lowered)
 
     # Connecting ------------------------------------------------------------------------------------------------
 
@@ -266,6 +272,8 @@ class TC410:
             self._read_control()
         seen = self._seen_with_encoders(self._look())
         self._see_slew(seen)
+        if self._slew is None and not self._borrowed:
+            self._restore_speed()
         reading = Reading(
             time=seen.state.time,
             axes=tuple(self._axis_reading(i, seen) for i in (0, 1)),
@@ -476,6 +484,7 @@ class TC410:
     def _restore_speed(self) -> None:
         for name, value in self._lowered.items():
             self._unit.write(name, value)
+        self._borrowed = False
         if self._lowered:
             self._lowered = {}
             self._remember(self.memory)
@@ -570,6 +579,16 @@ class TC410:
         self._tracked = tracked
         if source == _TRACK:
             self._direct.end()
+
+    def stand_by(self, time: float) -> None:  # noqa: ARG002 - the contract gives the time to all
+        """Have the dead-man process started, so that `follow` begins at once to lead.
+
+        Raises
+        ------
+        DriveRefused, DriveError
+            There is none, or it does not start.
+        """
+        self._direct.stand_by()
 
     @property
     def leading(self) -> Leading:
@@ -711,6 +730,7 @@ class TC410:
             self._learn()
             if keep_tracking and not self._control & _REMOTE:
                 self._write_control(self._control & ~_SLEW)
+                self._direct.end()
             else:
                 self.stop(time)
             self._restore_speed()

@@ -8,7 +8,7 @@ from pointing.plan import Leading
 from pointing.profile import Ramps
 
 _RESERVE = 0.9  # of speed and acceleration
-_DELAY_S = 0.6  # in which the dead-man process starts and the first velocities are written
+_DELAY_S = 0.6  # in which the way is planned and the first velocities are written
 
 
 def leading_of(models: Iterable[Tc410SlewModel]) -> Leading:

@@ -24,7 +24,7 @@ REINTERPRETED = (
 BY_HAND = "the position register was written by hand; `sync` on a known star"
 DECIDED = frozenset({RELOADED, BY_HAND, REINTERPRETED})  # by a person, so that no encoder undoes it
 _CLOCKS_AGREE = 1.001  # true over measured time, at most
-_JITTER_S = 0.005  # of a position's time
+_JITTER_S = 0.005  # of the unit's own, two of its ticks and more
 _ROUNDING_COUNTS = 2.0
 
 Cookie = list[list[int]]  # for each axis every pair of words, joined, that may stand in its target register
@@ -44,7 +44,7 @@ class Trust:
         self.uncertainty_counts = 0.0
         self._unseen = False  # whether the uncertainty allows for what nobody saw
         self._position: list[float] | None = None
-        self._times: tuple[float, float] | None = None
+        self._times: tuple[float, float] | None = None  # before which they cannot have been
         self._cookies: Cookie | None = None
         try:
             self._take(memory)
@@ -88,7 +88,7 @@ class Trust:
         """
         why = "" if self.unsynchronised else self._cookie_gone(positions) or self._jumped(positions, top_rates)
         self._position = [values[f"axis{axis}_position"] for axis, values in enumerate(positions, 1)]
-        self._times = positions[0].time, positions[1].time
+        self._times = positions[0].asked, positions[1].asked
         self.unsynchronised = self.unsynchronised or why
         return bool(why)
 
@@ -105,12 +105,13 @@ class Trust:
         for i, (values, before, since, rate) in enumerate(
             zip(positions, self._position, self._times, top_rates, strict=True), 1
         ):
-            elapsed = max(0.0, values.time + values.late_s - since) * _CLOCKS_AGREE + _JITTER_S
+            elapsed = max(0.0, values.answered - since) * _CLOCKS_AGREE + _JITTER_S
             moved = abs(values[f"axis{i}_position"] - before)
-            if moved > rate * elapsed + _ROUNDING_COUNTS:
+            most = rate * elapsed + _ROUNDING_COUNTS
+            if moved > most:
                 return (
-                    f"axis {i} stands {moved:.0f} counts from where it was {elapsed:.1f} s ago, more than its top "
-                    f"speed of {rate:.0f} counts/s explains; `sync` on a known star"
+                    f"axis {i} stands {moved:.0f} counts from where it was {elapsed:.3f} s ago, more than the "
+                    f"{most:.0f} that its top speed of {rate:.0f} counts/s explains; `sync` on a known star"
                 )
         return ""
 

@@ -24,12 +24,18 @@ _USUAL = 4.0  # times the median pause; longer ones lay between two calls
 
 @dataclass(frozen=True)
 class Values:
-    """Register values by name, all as of a moment between `time` and `time` + `late_s`."""
+    """Register values by name, all as of a moment between `time` and `time` + `late_s`.
+
+    That rests on the quickest exchange seen, and on a host that stamps at once. What nothing can shift is `asked` and
+    `answered`: the moment lies between them, however long host and unit were kept from their work.
+    """
 
     time: float
     late_s: float
     values: Mapping[str, float]
     words: Mapping[str, tuple[int, ...]]
+    asked: float
+    answered: float
 
     def __getitem__(self, name: str) -> float:
         return self.values[name]
@@ -87,7 +93,8 @@ class Unit:
         answer = self._ask(start.kind, start.address, count)
         words = {row.name: tuple(answer.values[row.address - start.address :][: row.words]) for row in rows}
         values = {row.name: row.decode(words[row.name], self.position_format) for row in rows}
-        return Values(*self._arrival(answer, _read_answer(start.kind, count)), values, words)
+        time, late_s = self._arrival(answer, _read_answer(start.kind, count))
+        return Values(time, late_s, values, words, answer.asked, answer.received)
 
     def write(self, name: str, value: float) -> float:
         """Write one register; return the moment the unit had it."""

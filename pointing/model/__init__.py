@@ -1,1 +1,1 @@
-"""Pointing models: terms, models, runs of observations and their files, fits."""
+"""Pointing models: what a run of observations says about the telescope, and the files in which that is kept."""

@@ -35,5 +35,14 @@ def read_ecsv(path: str | Path) -> PointingRun:
 
 
 def write_ecsv(run: PointingRun, path: str | Path) -> None:
-    """Write a run, whole."""
-    to_table(run).write(path, format="ascii.ecsv", overwrite=True)
+    """Write a run, whole.
+
+    Raises
+    ------
+    PointingError
+        The file cannot be written.
+    """
+    try:
+        to_table(run).write(path, format="ascii.ecsv", overwrite=True)
+    except OSError as error:
+        raise PointingError(f"{str(path)!r} cannot be written ({error.strerror}): give another path") from None

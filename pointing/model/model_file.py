@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.records import Record, read_lines
+from pointing.model.records import Record, read_lines, write_lines
 
 _HEAD = re.compile(r"\s*([A-Z])\s*(.*)", re.IGNORECASE)
 _ROW = re.compile(r"\s*(?P<flags>[&=\s]*)(?P<name>[A-Z][A-Z0-9_]*)(?P<numbers>\s.*)?", re.IGNORECASE)
@@ -128,13 +128,19 @@ def _row(record: Record) -> ModelRow:
 
 
 def write_model(model: ModelFile, path: str | Path) -> None:
-    """Write a model file, which `read_model` reads back to the last digit."""
+    """Write a model file, which `read_model` reads back to the last digit.
+
+    Raises
+    ------
+    PointingError
+        It cannot be written.
+    """
     head = (
         f"{model.method}{model.n:5d} {_number(model.sky_rms_arcsec, 4):>8} {_number(model.refraction_a, 3):>8} "
         f"{_number(model.refraction_b, 4):>8}"
     )
     caption = " ".join(model.caption.split())
-    Path(path).write_text("\n".join([caption, head, *map(_written, model.rows), "END", ""]), encoding="utf-8")
+    write_lines(path, [caption, head, *map(_written, model.rows), "END"])
 
 
 def _written(row: ModelRow) -> str:

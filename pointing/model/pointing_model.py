@@ -29,7 +29,7 @@ from pointing.model.terms import Term, refuse_twice, terms
 from pointing.model.undo import undone
 
 _NEWTON_ROUNDS = 6
-_QUADRATIC = 1e-13  # a Newton step whose square is below this, in units of cos² lat, was the last that counts
+_LAST_STEP = 3e-7  # rad; what a Newton step leaves is its square, times a coefficient and its frequency squared
 
 
 @dataclass(frozen=True)
@@ -125,6 +125,12 @@ class PointingModel:
         listed = enumerate(zip(self.terms, self.coefficients, strict=True))
         return tuple(sorted(((i, *pair) for i, pair in listed), key=lambda three: three[1].rank))
 
+    @cached_property
+    def _last_step2(self) -> float:
+        """Square of a Newton step, in units of cos lat, after which no other counts."""
+        numbers = (getattr(factor, "number", 1) for each in self.terms for factor in each.factors)
+        return (_LAST_STEP / max(numbers, default=1)) ** 2
+
     def star(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates of the star on which the telescope points, radians, floats or arrays."""
         for _, each, coefficient in self._sequence:
@@ -204,7 +210,7 @@ class PointingModel:
             step1, step2 = (d * off1 - b * off2) / determinant, (a * off2 - c * off1) / determinant
             cosine = math.cos(up)
             at, up = at + step1 / cosine, up + step2
-            if step1 * step1 + step2 * step2 < _QUADRATIC * cosine * cosine:
+            if step1 * step1 + step2 * step2 < self._last_step2 * cosine * cosine:
                 return ((at, up), jacobian.along) if cosine * math.cos(lat) > 0.0 else None
         return None
 

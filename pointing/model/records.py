@@ -106,6 +106,20 @@ def read_lines(path: str | Path) -> list[Record]:
     return [Record(file.name, number, line) for number, line in enumerate(lines, 1)]
 
 
+def write_lines(path: str | Path, lines: list[str]) -> None:
+    """Write lines as UTF-8, the same on every platform.
+
+    Raises
+    ------
+    PointingError
+        The file cannot be written.
+    """
+    try:
+        Path(path).write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise PointingError(f"{str(path)!r} cannot be written ({error.strerror}): give another path") from None
+
+
 def sexagesimal(record: Record, parts: list[Number], largest: float, what: str) -> float:
     """Read units, minutes and perhaps seconds into units; a minus before the first part holds for all, −0 too.
 

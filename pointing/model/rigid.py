@@ -1,8 +1,9 @@
-"""A pointing model in two parts: what is rigid, in closed form, and what bends.
+"""A pointing model in three parts: what the axes read, what is rigid, in closed form, and what bends.
 
-Rigid are the terms of constant amount in TPOINT's order: index errors, collimation, non-perpendicularity and the tilt
-of axis 1. The tilts make one rotation together. All further terms act on what the rigid part gives; their amount
-changes over the sky, so on the way from the star they are undone first, by Newton's method.
+First come the terms that an axis's own reading decides: its worm, and the side of the pier. Rigid are the terms of
+constant amount in TPOINT's order: index errors, collimation, non-perpendicularity and the tilt of axis 1. The tilts
+make one rotation together. All further terms act on what the rigid part gives; their amount changes over the sky, so
+on the way from the star they are undone first, by Newton's method.
 
 Directions stand in the mount's own frame, in which the lateral angle is `zero` − lon.
 """
@@ -10,13 +11,11 @@ Directions stand in the mount's own frame, in which the lateral angle is `zero` 
 import math
 from dataclasses import dataclass
 
-from pointing.model.amount import Beyond
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import Term
 from pointing.vectors import Vector
 
-Pair = tuple[float, float]  # in normal posture and beyond
 Rows = tuple[Vector, Vector, Vector]
 
 _ZERO: dict[MountKind, float] = {"equatorial": 0.0, "altazimuth": math.pi}
@@ -31,8 +30,10 @@ class RigidPart:
 
     Parameters
     ----------
-    index1, index2 : tuple of float
-        Added to the angle of an axis in normal posture and beyond the pole, radians.
+    reading : PointingModel or None
+        The terms before these, which the axis's own reading decides.
+    index1, index2 : float
+        Added to the angle of an axis, radians.
     collimation, skew : float
         Towards increasing axis 1 along the great circle, and about the horizontal axis, radians.
     tilt : tuple
@@ -41,8 +42,9 @@ class RigidPart:
         All other terms, the tilt before them.
     """
 
-    index1: Pair
-    index2: Pair
+    reading: PointingModel | None
+    index1: float
+    index2: float
     collimation: float
     skew: float
     tilt: Rows
@@ -52,8 +54,9 @@ class RigidPart:
 def rigid_part(model: PointingModel) -> RigidPart:
     """Take a model apart."""
     order = sorted(zip(model.terms, model.coefficients, strict=True), key=lambda pair: pair[0].rank)
-    order = [pair for pair in order if pair[1]]
-    folded: dict[str, list[float]] = {part: [0.0, 0.0] for part in (_INDEX1, _INDEX2, _COLLIMATION, _SKEW)}
+    reading = [pair for pair in order if pair[1] and pair[0].rank < 0]
+    order = [pair for pair in order if pair[1] and pair[0].rank >= 0]
+    sums = dict.fromkeys((_INDEX1, _INDEX2, _COLLIMATION, _SKEW), 0.0)
     tilts: list[tuple[Term, float]] = []
     seen = ""
     while order and _is_rigid(order[0][0]) and order[0][0].result not in seen:
@@ -61,26 +64,23 @@ def rigid_part(model: PointingModel) -> RigidPart:
         if each.result in _TILT:
             tilts.append((each, coefficient))
             continue
-        sums = folded[next(part for part in folded if each.result in part)]
-        for side, lat in enumerate((0.0, math.pi)):
-            sums[side] += coefficient * each.amount(model.frame.place(0.0, lat))[0]
+        part = next(part for part in sums if each.result in part)
+        sums[part] += coefficient * each.sign * each.moves.sign
         seen += each.result if each.result in _ONCE else ""
     tilt = _rotation(_only(model, tilts))
-    index1, index2, (collimation, _), (skew, _) = folded.values()
     return RigidPart(
-        (index1[0], index1[1]),
-        (index2[0], index2[1]),
-        collimation,
-        skew,
+        _only(model, reading) if reading else None,
+        sums[_INDEX1],
+        sums[_INDEX2],
+        sums[_COLLIMATION],
+        sums[_SKEW],
         tilt,
         Bending(_only(model, order), tilt) if order else None,
     )
 
 
 def _is_rigid(term: Term) -> bool:
-    if term.result in _INDEX1 + _INDEX2:
-        return all(isinstance(factor, Beyond) for factor in term.factors)
-    return not term.factors and term.result in _COLLIMATION + _SKEW + _TILT
+    return not term.factors and term.result in _INDEX1 + _INDEX2 + _COLLIMATION + _SKEW + _TILT
 
 
 def _only(model: PointingModel, pairs: list[tuple[Term, float]]) -> PointingModel:

@@ -8,9 +8,10 @@ from pointing.model.records import Record, read_lines
 from pointing.model.run import PointingRun
 from pointing.model.spk_file import LETTERS, read_spk
 from pointing.model.tpoint_file import read_tpoint
+from pointing.site import Weather
 
 
-def read_run(path: str | Path, *, places: Places | None = None) -> PointingRun:
+def read_run(path: str | Path, *, places: Places | None = None, weather: Weather | None = None) -> PointingRun:
     """Read an ECSV, SPK or TPOINT file.
 
     Parameters
@@ -20,6 +21,8 @@ def read_run(path: str | Path, *, places: Places | None = None) -> PointingRun:
     places : str, optional
         Frame of the right ascensions of an equatorial TPOINT file: `apparent`, `icrs` or `observed`. The other
         formats hold observed places.
+    weather : Weather, optional
+        Instead of that in the file, for these right ascensions.
 
     Raises
     ------
@@ -28,7 +31,7 @@ def read_run(path: str | Path, *, places: Places | None = None) -> PointingRun:
     """
     lines = read_lines(path)
     reader = next((read for belongs, read in _READERS if belongs(lines)), None)
-    return reader(path) if reader else read_tpoint(path, places=places)
+    return reader(path) if reader else read_tpoint(path, places=places, weather=weather)
 
 
 def _is_ecsv(lines: list[Record]) -> bool:

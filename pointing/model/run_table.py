@@ -114,8 +114,9 @@ def _angle(name: str, columns: dict[str, Any], key: str, *, may_miss: bool = Fal
     values = _plain(name, columns, key, float)
     try:
         angle = np.asarray(units.Quantity(values, column.unit).to_value("rad"))
-    except units.UnitsError as error:
-        raise PointingError(f"{name}: column {key}: {error}; give it deg, hourangle or rad") from None
+    except (units.UnitsError, TypeError, ValueError) as error:
+        why = " ".join(str(error).split())
+        raise PointingError(f"{name}: column {key}: {why}; give it deg, hourangle or rad") from None
     bad = np.flatnonzero(~np.isfinite(angle))
     if bad.size and not may_miss:
         raise PointingError(f"{name}, row {bad[0] + 1}: {key} is no number; give every row one")

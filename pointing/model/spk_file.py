@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.records import Record, read_lines
+from pointing.model.records import Record, read_lines, write_lines
 from pointing.model.run import COORDINATES, MountKind, PointingRun
 
 LETTERS: dict[str, MountKind] = {"A": "altazimuth", "E": "equatorial"}
@@ -70,4 +70,4 @@ def write_spk(run: PointingRun, path: str | Path) -> None:
     rows = np.degrees([kept.star1, kept.star2, kept.axis1, kept.axis2]).T
     lines = [" ".join(run.caption.split()) or "Pointing run", letter, f"{math.degrees(run.latitude):+.12f}"]
     lines += [" ".join(f"{value:.10f}" for value in row) for row in rows]
-    Path(path).write_text("\n".join([*lines, ""]), encoding="utf-8")
+    write_lines(path, lines)

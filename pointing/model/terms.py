@@ -10,6 +10,10 @@ tan Z of TX is sin Z / cos Z with a cosine not below that of 89°: below 1° of 
 A generic harmonic is `H r f c [n] [f c [n]]`, a polynomial `P r c [n] [c [n]]`: r the result (see
 `pointing.model.results`), f S or C, c one of H, D, A, E, Z, Q, n the multiple or the power, up to 99.
 `pointing.model.own_term` makes a term of a function that none of these has.
+
+The periodic error of a worm is a harmonic of the axis's own reading, before anything is corrected: `W r f n`, r the
+axis (H, D, A or E), n the number of turns of the worm to one of the axis, or a multiple of it: WHS360 WHC360 for a
+wheel of 360 teeth. TPOINT has none of these.
 """
 
 import re
@@ -27,6 +31,7 @@ Evidence = Literal["published", "unconfirmed", "own"]
 
 _HARMONIC = re.compile(r"H([HXDULPASZENWV])([SC])([HDAEZQ])([0-9]{0,2})(?:([SC])([HDAEZQ])([0-9]{0,2}))?")
 _POLYNOMIAL = re.compile(r"P([HXDULPASZENWV])([HDAEZQ])([0-9]{0,2})(?:([HDAEZQ])([0-9]{0,2}))?")
+_WORM = re.compile(r"W([HDAE])([SC])([1-9][0-9]*)")
 _CHECKED = frozenset({"HESA2", "HECA", "HACA3", "HASA2", "PZZ1", "PZZ3"})
 
 _RANK = {"H": 0, "D": 0, "A": 0, "E": 0, "X": 1, "S": 1, "P": 2, "V": 2, "L": 3, "W": 3, "U": 4, "N": 4}
@@ -81,9 +86,9 @@ class Term:
     def rank(self) -> int:
         """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last.
 
-        Before all others stands what differs between the sides of the pier: the encoder tells the side.
+        Before all others stands what the axis's own reading decides: its worm, and the side of the pier.
         """
-        if self.factors and all(isinstance(factor, Beyond) for factor in self.factors):
+        if _WORM.fullmatch(self.name) or (self.factors and all(isinstance(each, Beyond) for each in self.factors)):
             return -1
         if not self.factors:
             return _RANK.get(self.result, len(_RANK))
@@ -216,6 +221,30 @@ def terms(names: str, kind: MountKind) -> tuple[Term, ...]:
     return found
 
 
+def worm_terms(axis: str, teeth: int, harmonics: int = 1) -> str:
+    """Return the names of the terms of a worm's periodic error: sine and cosine of each harmonic.
+
+    Parameters
+    ----------
+    axis : {"H", "D", "A", "E"}
+        Hour angle, declination, azimuth or elevation.
+    teeth : int
+        Turns of the worm to one of the axis.
+    harmonics : int
+        1 for the worm's turn alone, 2 for half a turn, too, and so on.
+
+    Raises
+    ------
+    PointingError
+        The axis is none, or a number is not positive.
+    """
+    if axis not in ("H", "D", "A", "E") or teeth < 1 or harmonics < 1:
+        raise PointingError(
+            f"worm of axis {axis!r}, {teeth} teeth, {harmonics} harmonics: give H, D, A or E, and from 1"
+        )
+    return " ".join(f"W{axis}{function}{teeth * n}" for n in range(1, harmonics + 1) for function in "SC")
+
+
 def refuse_twice(listed: Sequence[Term]) -> None:
     """Refuse a list in which two terms have one name.
 
@@ -233,6 +262,10 @@ def refuse_twice(listed: Sequence[Term]) -> None:
 def _generic(name: str) -> Term | None:
     """Read a harmonic's or a polynomial's name."""
     evidence = () if name in _CHECKED else _NEITHER
+    if worm := _WORM.fullmatch(name):
+        axis, function, number = worm.groups()
+        factor = Factor(function, axis, int(number))
+        return Term(name, axis, (factor,), f"periodic error of a worm: {factor.text}", own=True)
     if harmonic := _HARMONIC.fullmatch(name):
         result, *rest = harmonic.groups()
         factors = tuple(_factor(*three) for three in (rest[:3], rest[3:]) if three[0])

@@ -10,6 +10,7 @@ auxiliary readings may follow; a `\` at the end continues the line. Commented-ou
 """
 
 import math
+import re
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -18,8 +19,9 @@ import numpy as np
 
 from pointing.errors import PointingError
 from pointing.model.equatorial_places import PLACES, Circumstances, Places, observed_places
-from pointing.model.records import Number, Record, sexagesimal
+from pointing.model.records import Number, Record, sexagesimal, write_lines
 from pointing.model.run import MountKind, PointingRun
+from pointing.model.tpoint_observation import read_observation
 from pointing.model.tpoint_records import is_end, is_option, read_runs, without_comment
 from pointing.site import Weather
 
@@ -28,10 +30,8 @@ KEYWORDS = {  # how many numbers each takes, at most
     "ROTTEL": 0, "ROTL": 0, "ROTNL": 0, "ROTNR": 0, "ROTCL": 0, "ROTCR": 0,
 }  # fmt: skip
 _MOUNTS: dict[str, MountKind] = {"EQUAT": "equatorial", "ALTAZ": "altazimuth"}
-_COLUMNS: dict[MountKind, tuple[int, str]] = {
-    "equatorial": (14, "RA h m s, Dec d m s, telescope RA h m s, telescope Dec d m s, sidereal time h m, [rotator]"),
-    "altazimuth": (4, "azimuth and elevation of star and telescope in degrees, [rotator]"),
-}
+_J2000 = 2000.0
+_ARGUMENT = re.compile(r"[JB]?[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _PARAMETERS = (3, 6, 7, 8, 9, 10, 11, 12)
 _WANTED = "latitude D M S [Y M D [temperature_C pressure_hPa height_m humidity wavelength_um lapse_K_m]]"
 _STANDARD = Weather()
@@ -99,7 +99,7 @@ def _read_run(path: str | Path, records: list[Record], places: Places | None, we
         records[-1].refuse("the run ends before its run parameters: give the latitude as degrees, minutes, seconds")
     parameters = _parameters(body[0])
     air = weather or parameters.weather
-    run = _observations(mount, body[1:], places, replace(parameters, weather=air))
+    run = _observations(mount, body[1:], _frame(records, body[1:], places, words), replace(parameters, weather=air))
     return replace(
         run, caption=caption, source=str(path), date=parameters.date, weather=air,
         height_m=parameters.height_m, lapse_k_m=parameters.lapse_k_m, options=tuple(words),
@@ -113,7 +113,7 @@ def _options(record: Record) -> list[str]:
         name = word.upper()
         if name in KEYWORDS:
             found.append([name])
-        elif found and len(found[-1]) <= KEYWORDS[found[-1][0]] and any(letter.isdigit() for letter in word):
+        elif found and len(found[-1]) <= KEYWORDS[found[-1][0]] and _ARGUMENT.fullmatch(name):
             found[-1].append(name)
         else:
             record.refuse(f"unknown option; known are {' '.join(KEYWORDS)}", record.text.index(word) + 1, word)
@@ -171,17 +171,15 @@ def _date(record: Record, numbers: list[Number]) -> date:
 
 
 def _observations(
-    mount: MountKind, records: list[Record], places: Places | None, parameters: _Parameters
+    mount: MountKind, records: list[Record], frame: Places | None, parameters: _Parameters
 ) -> PointingRun:
-    rows = [_row(mount, record) for record in records]
+    rows = [read_observation(mount, record) for record in records]
     angles = np.array([row.angles for row in rows], float).reshape(-1, 5 if mount == "equatorial" else 4).T
     latitude, sidereal = parameters.latitude, np.full(len(rows), math.nan)
-    frame: Places | None = None
-    if mount == "equatorial":
+    if frame is not None:
         ra, dec, axis1, axis2, sidereal = angles
         height = 0.0 if math.isnan(parameters.height_m) else parameters.height_m
         at = Circumstances(latitude, height, parameters.weather, parameters.date)
-        frame = _frame(records, places)
         star1, star2 = observed_places(frame, ra, dec, sidereal, at)
         # The telescope's right ascension is read off its hour axis, wherever the tube looks.
         axis1 = math.pi - (math.pi - (sidereal - axis1)) % math.tau
@@ -198,59 +196,26 @@ def _observations(
     )  # fmt: skip
 
 
-def _frame(records: list[Record], places: Places | None) -> Places:
+def _frame(records: list[Record], body: list[Record], places: Places | None, words: list[str]) -> Places | None:
+    """In which frame right ascensions shall be read; None where there are none."""
+    if "EQUAT" not in words:
+        return None
+    equinox = next((word.split()[1] for word in words if word.startswith("EQUINOX ")), "")
+    if places == "icrs" and equinox and float(equinox.lstrip("JB")) != _J2000:
+        raise PointingError(
+            f"{records[0].file}: its EQUINOX is {equinox}, and places = 'icrs' are of J2000: turn the places into "
+            "those of J2000 or of date first"
+        )
     if places in PLACES:
         return places
-    file = records[0].file if records else "the file"
-    if places is None and not records:
+    if places is None and not body:
         return "observed"  # no place is there to be read in a wrong frame
     raise PointingError(
-        f"{file}: the frame of its RA and Dec is {'not told' if places is None else repr(places)}: give places = "
-        "'apparent' (of date), 'icrs' (J2000) or 'observed' (refracted). To find out: compare a named star with a "
-        "catalogue, from whose J2000 place that of date is 20′ away by now; or fit in each frame, the true one "
-        "leaves the least"
+        f"{records[0].file}: the frame of its RA and Dec is {'not told' if places is None else repr(places)}: give "
+        "places = 'apparent' (of date), 'icrs' (J2000) or 'observed' (refracted). To find out: compare a named star "
+        "with a catalogue, from whose J2000 place that of date is 20′ away by now; or read it as apparent and ask "
+        "pointing.model.diagnosis.diagnose, which tells J2000 by its residuals"
     )
-
-
-@dataclass(frozen=True)
-class _Row:
-    angles: tuple[float, ...]
-    rotator: float
-    auxiliary: tuple[float, ...]
-
-
-def _row(mount: MountKind, record: Record) -> _Row:
-    columns, wanted = _COLUMNS[mount]
-    cut = record.text.find("&")
-    numbers = record.numbers(wanted, 0, cut if cut >= 0 else None)
-    if len(numbers) not in (columns, columns + 1):
-        record.refuse(f"{len(numbers)} columns; wanted are {columns} or, with a rotator, {columns + 1}: {wanted}")
-    auxiliary = () if cut < 0 else tuple(
-        number.value for number in replace(record, text=record.text.replace("&", " ")).numbers("auxiliaries", cut)
-    )  # fmt: skip
-    rotator = math.radians(numbers[columns].value) if len(numbers) > columns else math.nan
-    angles = _equatorial if mount == "equatorial" else _altazimuth
-    return _Row(angles(record, numbers[:columns]), rotator, auxiliary)
-
-
-def _equatorial(record: Record, numbers: list[Number]) -> tuple[float, ...]:
-    ra, dec, axis1, axis2, lst = (numbers[at:end] for at, end in ((0, 3), (3, 6), (6, 9), (9, 12), (12, 14)))
-    return (
-        math.radians(15.0 * sexagesimal(record, ra, 24.0, "RA")),
-        math.radians(sexagesimal(record, dec, 90.0, "Dec")),
-        math.radians(15.0 * sexagesimal(record, axis1, 24.0, "telescope RA")),
-        math.radians(sexagesimal(record, axis2, 360.0, "telescope Dec")),
-        math.radians(15.0 * sexagesimal(record, lst, 24.0, "sidereal time")),
-    )
-
-
-def _altazimuth(record: Record, numbers: list[Number]) -> tuple[float, ...]:
-    for number in (numbers[1], numbers[3]):
-        if abs(number.value) > 180.0:
-            record.refuse("an elevation; possible are −180° to 180°", number.column, number.text)
-    if abs(numbers[1].value) > 90.0:
-        record.refuse("a star's elevation; possible are −90° to 90°", numbers[1].column, numbers[1].text)
-    return tuple(math.radians(number.value) for number in numbers)
 
 
 def write_tpoint(run: PointingRun, path: str | Path) -> None:
@@ -274,7 +239,7 @@ def write_tpoint(run: PointingRun, path: str | Path) -> None:
     lines = [*frame, caption, *(f":{option}" for option in options), _written_parameters(run)]
     for i, kept in enumerate(run.kept):
         lines.append(("" if kept else "! ") + row(run, i) + _written_extras(run, i))
-    Path(path).write_text("\n".join([*lines, "END", ""]), encoding="utf-8", newline="\n")
+    write_lines(path, [*lines, "END"])
 
 
 def _written_parameters(run: PointingRun) -> str:

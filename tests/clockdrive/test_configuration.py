@@ -255,6 +255,25 @@ def test_instruments_are_free_names(tmp_path):
     assert "did you mean instruments.guider.x_arcsec?" in found[0]
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[telescope]\nname = "x"\nowner = "y"\n', "telescope is no key: the tables are axis1, axis2, drive, instr"),
+        ("[title]\n", "title is no key: the tables are axis1,"),
+        ("[mounts]\ntype = 1\n", "mounts is no key: did you mean mount?"),
+        ("[site.whether]\nrefraction = true\n", "site.whether is no key: did you mean site.weather?"),
+        ("[limits]\nzenith = 1\n", "limits.zenith is no key: [limits] has horizon_deg, horizon, sun_escape"),
+        ("[drive]\nlatitude_deg = 1\n", "drive.latitude_deg is no key: did you mean site.latitude_deg?"),
+        ("latitude_deg = 1\n", "latitude_deg is no key: did you mean site.latitude_deg?"),
+        ("colour = 1\n", "colour is no key: a key stands in a table, such as [site]"),
+    ],
+)
+def test_what_is_no_key_is_told_once_with_what_there_is_and_no_command_that_lists_nothing(tmp_path, text, said):
+    (found,) = problems(tmp_path, text)
+    assert found.startswith(said)
+    assert "config check" not in found
+
+
 @pytest.mark.parametrize("drive", DRIVE_KINDS)
 @pytest.mark.parametrize("mount", [None, *MOUNT_TYPES])
 def test_a_template_loads_unchanged_and_with_every_default_switched_on(tmp_path, drive, mount):

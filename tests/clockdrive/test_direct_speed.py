@@ -12,7 +12,7 @@ import sys
 import threading
 
 import pytest
-from tc410_bench import Bench
+from tc410_bench import Beside, bench_beside
 from telescope_bench import ARCSEC_PER_COUNT, CENTRE, DEG_PER_COUNT, telescope
 from waiting import seconds_until
 
@@ -66,7 +66,7 @@ def test_both_axes_go_at_their_speeds_and_end_at_rest(scope):
     ("speeds", "seconds", "reason"),
     [
         ((9.0, 0.0), 5.0, "axis 1 goes up to ±4.5"),
-        ((0.0, float("nan")), 5.0, "axis 2 goes up to"),
+        ((0.0, float("nan")), 5.0, "a speed of nan: give a finite number of degrees"),
         ((0.0, 0.0), 5.0, "moves nothing"),
         ((0.1, 0.0), 0.0, "above 0 up to 600"),
         ((0.1, 0.0), 1e9, "above 0 up to 600"),
@@ -135,41 +135,8 @@ def test_it_is_one_of_the_calls_that_every_door_offers(scope):
 # The driver --------------------------------------------------------------------------------------------------------
 
 
-class Beside:
-    """A guardian that keeps a diary."""
-
-    def __init__(self, *, starts=True):
-        self.diary, self.fate, self.starts = [], "", starts
-
-    def start(self):
-        if not self.starts:
-            raise DeadManError("the dead-man process did not start")
-        self.diary.append("start")
-
-    def arm(self):
-        self.diary.append("arm")
-
-    def beat(self):
-        self.diary.append("beat")
-        return not self.fate
-
-    def disarm(self):
-        self.diary.append("disarm")
-
-    def close(self):
-        self.diary.append("close")
-
-
-def driver_with(guardian):
-    bench = Bench()
-    bench.drive = bench.made()
-    bench.drive._direct._guardian = guardian
-    bench.drive.connect(bench.now, make_safe=False)
-    return bench
-
-
 def test_without_a_dead_man_process_no_speed_is_given():
-    bench = driver_with(None)
+    bench = bench_beside(None)
     with pytest.raises(DriveRefused, match="needs a dead-man process"):
         bench.drive.move_at((100.0, 0.0), bench.now)
     bench.drive._direct._guardian = Beside(starts=False)
@@ -181,18 +148,16 @@ def test_without_a_dead_man_process_no_speed_is_given():
 
 def test_the_guardian_is_armed_before_and_let_go_after_the_unit_acknowledged_the_stop():
     guardian = Beside()
-    bench = driver_with(guardian)
-    control = []
-    bench.line.before = lambda _: control.append(
-        (bool(bench.unit.memory.raw("velocity_control") & REMOTE), guardian.diary[-1:])
-    )
+    bench = bench_beside(guardian)
+    seen = []
+    bench.line.before = lambda _: seen.append((bool(bench.control & REMOTE), guardian.diary[-1:]))
     bench.drive.move_at((1000.0, 0.0), bench.now)
     assert guardian.diary[:2] == ["start", "arm"]
     for _ in range(5):
         bench.wait(0.1)
         bench.drive.read(bench.now)
         bench.drive.move_at((1000.0, 0.0), bench.now)
-    assert guardian.diary.count("beat") >= 20  # each request is a sign of life
+    assert guardian.beats >= 20  # each request is a sign of life
     assert bench.velocity(0) == pytest.approx(1000.0, abs=0.01)
     bench.line.dead = True
     with contextlib.suppress(Exception):
@@ -200,13 +165,14 @@ def test_the_guardian_is_armed_before_and_let_go_after_the_unit_acknowledged_the
     assert "disarm" not in guardian.diary
     bench.line.dead = False
     bench.drive.stop(bench.now)
+    assert {(True, "arm")} == {(moving, *last) for moving, last in seen if moving}
     assert guardian.diary[-2:] == ["disarm", "close"]
     assert not bench.control & REMOTE
 
 
 def test_a_guardian_that_is_gone_ends_the_motion():
     guardian = Beside()
-    bench = driver_with(guardian)
+    bench = bench_beside(guardian)
     bench.drive.move_at((1000.0, 0.0), bench.now)
     bench.wait(0.5)
     guardian.fate = "the dead-man process ended by itself (status 9)"
@@ -218,7 +184,7 @@ def test_a_guardian_that_is_gone_ends_the_motion():
 
 
 def test_a_slew_under_way_is_not_disturbed():
-    bench = driver_with(Beside())
+    bench = bench_beside(Beside())
     bench.slew(AxisSlew(CENTRE + 100_000), AxisSlew(CENTRE))
     with pytest.raises(DriveRefused, match="slew is under way"):
         bench.drive.move_at((100.0, 0.0), bench.now)

@@ -52,6 +52,22 @@ def test_a_flip_needs_a_target_and_is_refused_where_the_other_side_is_forbidden(
         assert scope.status()["doing"] == "tracking"
 
 
+@pytest.mark.parametrize("mount", ["equatorial-fork", "altaz-fork"])
+def test_a_flip_that_the_travel_of_an_axis_never_allows_names_no_time(mount, tmp_path):
+    """Beyond the pole lies past the travel of axis 2, at any time."""
+    with telescope(tmp_path, mount__type=mount) as scope:
+        star = star_at(scope, 90.0, 45.0)
+        scope.goto(star)
+        with pytest.raises(Unreachable, match=r"axis2 at .* outside") as refused:
+            scope.flip()
+        assert refused.value.reachable is None
+        session = scope._session
+        with pytest.raises(Unreachable) as refused:
+            session.planner.plan(star, session.start(), session.timing(), "beyond")
+        assert refused.value.reachable is None
+        assert scope.status()["doing"] == "tracking"
+
+
 @pytest.mark.parametrize("how", ["auto", "command"])
 def test_at_the_end_of_its_window_a_german_mount_flips_by_itself_or_stops(how, tmp_path):
     with telescope(tmp_path, **GERMAN, mount__flip=how) as scope:

@@ -133,7 +133,7 @@ def test_pulses_that_stand_in_the_ledger_of_a_process_that_ended_move_nothing(tm
     ("direction", "milliseconds", "said"),
     [
         ("up", 100, "'up': give one of north"), ("n", 0, "0 ms: 1 to 10000 ms"), ("n", -5, "-5 ms: 1 to"),
-        ("n", 10001, "10001 ms: 1 to 10000 ms; use `offset`"), ("n", math.nan, "nan ms"), ("", 5, "''"),
+        ("n", 10001, "10001 ms: 1 to 10000 ms; use `offset`"), ("n", math.nan, "nan: give a finite"), ("", 5, "''"),
     ],
 )  # fmt: skip
 def test_a_pulse_that_is_none_is_refused_with_value_bound_and_remedy(direction, milliseconds, said, tracking):

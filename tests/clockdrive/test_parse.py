@@ -211,6 +211,27 @@ class TestSatellites:
         for text in ("M1", "altaz:1,2", "05:34:31.9 +22:00:52", "tle:", f"tle:{file}#x"):
             assert parse.anchored(text, file.parent) == text
 
+    def test_the_longest_file_that_there_is_is_meant_where_its_name_holds_a_hash(self, file):
+        odd = file.with_name("a#b.tle")
+        odd.write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+        assert parse.anchored("tle:a#b.tle#GPS", file.parent) == f"tle:{odd}#GPS"
+        assert parse.target(f"tle:{odd}#GPS").name == "GPS"
+        file.with_name("a").write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+        assert parse.target(f"tle:{odd}#GPS").name == "GPS"
+        with pytest.raises(TargetError, match=r"/a: |a has no satellite 'c\.tle#GPS'"):
+            parse.target(f"tle:{file.with_name('a')}#c.tle#GPS")
+
+    def test_a_tilde_is_the_home_of_whoever_types_it(self, file, monkeypatch):
+        monkeypatch.setenv("HOME", str(file.parent))
+        monkeypatch.setenv("USERPROFILE", str(file.parent))
+        assert parse.anchored(f"tle:~/{file.name}#GPS", file.parent.parent) == f"tle:{file}#GPS"
+        assert parse.target(f"tle:~/{file.name}#GPS").name == "GPS"
+        assert parse.anchored("ephem:~/t#1.ecsv", file) == f"ephem:{file.parent / 't#1.ecsv'}"
+
+    def test_a_folder_is_told_to_be_one(self, file):
+        with pytest.raises(TargetError, match="it is a folder; give a file in it"):
+            parse.target(f"tle:{file.parent}")
+
     def test_a_file_with_several_needs_a_name_and_one_with_one_does_not(self, file):
         with pytest.raises(TargetError, match="has 5 satellites: add #NAME"):
             parse.target(f"tle:{file}")

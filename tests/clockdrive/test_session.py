@@ -4,11 +4,14 @@ import asyncio
 import math
 
 import pytest
-from telescope_bench import QUICK, T0, Witness, star_at, telescope
+from telescope_bench import DEG_PER_COUNT, QUICK, T0, Witness, star_at, telescope
 
-from clockdrive.errors import OwnedElsewhere, Refused, StateError
+from clockdrive import Telescope
+from clockdrive.clock import SystemClock, VirtualClock
+from clockdrive.clock_watch import ClockStep
+from clockdrive.errors import InputError, OwnedElsewhere, Refused, StateError
 from mounts.errors import DriveError
-from mounts.tc410.registers import by_name
+from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
 from transports.errors import LinkError, NoAnswer
@@ -60,6 +63,17 @@ def test_a_target_that_nobody_knows_further_stops_the_telescope_with_its_own_sen
     status = scope.status()
     assert (status["doing"], status["trouble"]) == ("idle", "Ending: its kernel ends here")
     assert not moving(scope)
+
+
+def test_a_step_of_the_clock_in_a_goto_is_told_with_its_target_in_answer_and_status(scope, monkeypatch):
+    now, steps = scope.clock.now(), [ClockStep(2.4, 0.0, 0.0)]
+    due = lambda: steps.pop() if steps and scope.clock.now() > now + 2.0 else None  # noqa: E731 - one line
+    monkeypatch.setattr(scope._session.surroundings._watch, "look", due)
+    star = star_at(scope, 60.0, 45.0)
+    (warning,) = scope.goto(star)["warnings"]
+    assert warning.startswith(f"the clock was stepped by +2.4 s during the slew to {star.name} (bound")
+    assert scope.status()["warnings"] == [warning]
+    assert scope.goto(star_at(scope, 61.0, 45.0))["warnings"] == []
 
 
 # Safety of every reading -------------------------------------------------------------------------------------------
@@ -155,6 +169,34 @@ def test_a_limit_switch_stops_the_slew_and_the_way_back_is_free(scope):
     assert not moving(scope)
     scope.home()
     assert scope.status()["limits"] == []
+
+
+def test_what_another_program_moves_by_remote_control_is_stopped_before_a_limit(scope):
+    """It sets velocity and bit itself, while nothing is asked of this one."""
+    scope.goto("altaz:90,40")
+    scope.stop()
+    scope.wait(5.0)
+    unit = scope._session.drive.unit
+    remote = by_name("velocity_control").mask("remote_control")
+    control = scope.simulator.memory.raw("velocity_control")
+    unit.write("axis1_target_velocity", -0.5 / DEG_PER_COUNT / COUNTS_PER_SECOND)  # to the east, and down
+    unit.write("velocity_control", control | remote)
+    lowest = 90.0
+    for _ in range(240):
+        scope.wait(0.5)
+        lowest = min(lowest, scope.status()["observed"]["altitude_deg"])
+    status = scope.status()
+    print(f"lowest altitude {lowest:.2f}° of 15°; {status['trouble']}")
+    assert 15.0 < lowest < 17.0
+    assert status["trouble"].startswith(
+        "moved by remote_control: stopped before it would lead out of what is allowed"
+    )
+    assert not moving(scope)
+    assert kinds(scope).count("stopped") == 2  # by command before, and once now
+    unit.write("axis1_target_velocity", 0.5 / DEG_PER_COUNT / COUNTS_PER_SECOND)
+    unit.write("velocity_control", control | remote)
+    scope.wait(10.0)
+    assert scope.status()["observed"]["altitude_deg"] > lowest + 2.0, "a way back is nobody's concern"
 
 
 def test_a_joystick_while_tracking_is_shown_and_afterwards_the_target_is_met_again(scope):
@@ -396,14 +438,18 @@ def test_what_is_not_possible_is_refused_before_anything_moves(scope):
         (lambda: scope.goto("altaz:0,5"), Unreachable, "10.00° below the horizon limit"),
         (lambda: scope.goto("altaz:0,-5"), Unreachable, "20.00° below the horizon limit"),
         (lambda: scope.jog(3, 0.1, 1.0), Refused, "use 1 or 2"),
-        (lambda: scope.jog(1, math.nan, 1.0), Refused, "at up to ±"),
-        (lambda: scope.jog(1, math.inf, 1.0), Refused, "at up to ±"),
+        (lambda: scope.jog(1, math.nan, 1.0), Refused, "a jog at nan: give a finite"),
+        (lambda: scope.jog(1, math.inf, 1.0), Refused, "a jog at inf: give a finite"),
         (lambda: scope.jog(1, 99.0, 1.0), Refused, r"99°/s.*4\.\d+°/s"),
         (lambda: scope.jog(1, 0.1, -1.0), Refused, "-1 s: above 0"),
-        (lambda: scope.jog(1, 0.1, math.nan), Refused, "nan s: above 0"),
+        (lambda: scope.jog(1, 0.1, math.nan), Refused, "a jog for nan: give a finite"),
         (lambda: scope.jog(1, 1.0, 3600.0), Unreachable, "outside -169.96"),
-        (lambda: scope.offset(math.inf, 0.0), Refused, "at most ±3600″"),
-        (lambda: scope.offset(0.0, math.nan), Refused, "at most ±3600″"),
+        (lambda: scope.offset(math.inf, 0.0), Refused, "an offset of inf: give a finite number of arcseconds"),
+        (lambda: scope.offset("a", 1), Refused, "an offset of 'a': give a finite number of arcseconds"),
+        (lambda: scope.offset(0.0, math.nan), Refused, "an offset of nan: give a finite number"),
+        (lambda: scope.wait(math.nan), Refused, "a wait of nan: give a finite number of seconds"),
+        (lambda: scope.jog(1, "fast", 1.0), Refused, "a jog at 'fast': give a finite number of degrees"),
+        (lambda: scope.guide("n", None), Refused, "a guide pulse of None: give a finite number of millisec"),
         (lambda: scope.offset(4000.0, 0.0), Refused, "4000″: at most ±3600″"),
         (lambda: scope.clear("nonsense"), Refused, "there is none"),
         (lambda: scope.sync("altaz:75,50"), Refused, "more than 5°"),
@@ -474,3 +520,47 @@ def test_a_target_that_is_suddenly_far_away_is_not_crept_after(scope):
     status = scope.status()
     assert status["doing"] == "idle"
     assert "more than 2°" in status["trouble"]
+
+
+def test_a_closed_telescope_says_that_it_is_closed_whatever_is_asked_of_it(tmp_path):
+    for clock in (VirtualClock(T0), SystemClock()):
+        scope = Telescope.simulated(
+            clock=clock, overrides={"state.path": str(tmp_path), "limits.sun_avoidance_deg": 0.0}
+        )
+        assert scope.close() is False
+        asked = {
+            "plan": lambda scope=scope: scope.plan("hadec:1,-41"),
+            "goto": lambda scope=scope: scope.goto("hadec:1,-41"),
+            "jog": lambda scope=scope: scope.jog(1, 0.1, 1.0),
+            "drive_at": lambda scope=scope: scope.drive_at(0.1, 0.0, 1.0),
+            "park": scope.park, "unpark": scope.unpark, "home": scope.home, "flip": scope.flip, "stop": scope.stop,
+            "wait": lambda scope=scope: scope.wait(1.0),
+            "rates": lambda scope=scope: scope.rates("hadec:1,-41"),
+            "passes": lambda scope=scope: scope.passes("Canopus"),
+            "status": scope.status, "events": scope.events, "registers": scope.registers, "header": scope.header,
+            "sync": lambda scope=scope: scope.sync("hadec:1,-41"),
+            "offset": lambda scope=scope: scope.offset(1.0, 0.0),
+            "guide": lambda scope=scope: scope.guide("n", 100),
+            "centre": lambda scope=scope: scope.centre("83.6 22.0"),
+            "instrument": scope.instrument,
+            "clear": lambda scope=scope: scope.clear("offset"),
+            "power": lambda scope=scope: scope.power(on=True),
+            "commission": scope.commission,
+            "drive.show": scope.drive.show, "drive.diff": scope.drive.diff,
+        }  # fmt: skip
+        for name, ask in asked.items():
+            with pytest.raises(Refused, match="the telescope is closed; open it again"):
+                pytest.fail(f"{name} answered {ask()!r}")
+        assert scope.close() is False
+
+
+def test_passes_and_header_are_those_of_the_commands(scope):
+    found = scope.passes("Canopus", hours=12.0, above_deg=20.0)
+    assert found["ok"]
+    assert found["passes"][0]["rise"]["altitude_deg"] >= 19.9
+    assert scope.passes(star_at(scope, 90.0, 50.0), 1.0)["passes"]
+    with pytest.raises(InputError, match="more than 0 up to"):
+        scope.passes("Canopus", hours=0.0)
+    header = scope.header()
+    assert header["RADESYS"] == "ICRS"
+    assert header["RA"] == pytest.approx(scope.status()["icrs"]["ra_deg"], abs=0.1)

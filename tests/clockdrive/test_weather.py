@@ -103,6 +103,8 @@ def test_toml_may_give_its_time_as_toml_does(tmp_path):
         ("[1, 2]", ["list"]),
         ('{"pressure_hpa": "1010 hPa"}', ["'1010 hPa'", "finite number"]),
         ('{"pressure_hpa": NaN}', ["nan", "finite number"]),
+        ('{"temperature_c": null}', ["temperature_c is null; give a finite number of °C", "leave it out"]),
+        ('{"pressure_hpa": 1010, "temperature_c": null}', ["temperature_c is null; give a finite number of °C"]),
         ('{"pressure_hpa": 1e999}', ["inf"]),
         ('{"pressure_hpa": ' + "9" * 400 + "}", ["finite number"]),
         ('{"temperature_c": true}', ["True"]),

@@ -81,9 +81,9 @@ def started():
 def written(tmp_path):
     """Write the configuration of a telescope at a link."""
 
-    def write(link, name="telescope.toml", **more):
+    def write(link, name="telescope.toml", *, speed_deg_s=4.5, **more):
         path = tmp_path / name
-        axis = "acceleration_register = 255\ndeceleration_register = 255\nmax_speed_deg_s = 4.5\n"
+        axis = f"acceleration_register = 255\ndeceleration_register = 255\nmax_speed_deg_s = {speed_deg_s}\n"
         path.write_text(
             f'[site]\nname = "Test"\nlatitude_deg = -42.4\nlongitude_deg = 173.7\n[drive]\nkind = "tc410"\n'
             f'link = "{link}"\n[limits]\nsun_avoidance_deg = 0.0\n[axis1]\n{axis}[axis2]\n{axis}'

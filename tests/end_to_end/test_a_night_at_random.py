@@ -23,16 +23,32 @@ from pointing.limits import separation
 from pointing.targets import FixedAltAz, Star
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-ACTIONS = 10_000 if FULL else 240
+ACTIONS = 10_000 if FULL else 120
 SUN_DEG, HORIZON_DEG = 25.0, 12.0
 MOVING = by_name("velocity_control").mask("tracking") | by_name("velocity_control").mask("remote_control")
-# Every refusal says what is in the way: a limit, or what the telescope does.
-NAMED = re.compile(
-    r"altitude .*horizon|° from the Sun|soft limit|outside −?[\d.]+° to|outside -?[\d.]+° to|hour angle|axis \d goes|"
-    r"runs away|faster than the drive|tracks at|none is tracked|nothing is|parked|not up yet|too fast to be left|"
-    r"telescope is (slewing|jogging)|stopped by command|before it would lead out|led out|at most ±|beyond|"
-    r"safe from the Sun|the horizon or the Sun bars"
+# Every refusal says which limit is in the way and by how much, or what the telescope does that is.
+N = r"[-−]?\d+(?:\.\d+)?"
+LIMITS = (
+    rf"altitude {N}° .* is {N}° below the horizon limit of {N}°",
+    rf"{N}° from the Sun .* is {N}° inside its zone of {N}°",
+    rf"(?:axis[12]|mechanical hour angle) at {N}° is {N}° outside {N}° to {N}°",
+    rf"axis[12] tracks at {N}°/s, the drive reaches {N}°/s",
+    rf"axis [12] goes (?:at )?up to ±{N}°/s",
+    rf"at most ±{N}″",
+    rf"not up yet; `goto` waits for at most {N} minutes",
+    "the target runs away nearly as fast as the drive slews",
+    "no place that is safe from the Sun can be reached",
+    "the horizon or the Sun bars the way on from here",
 )
+STATES = (
+    "the target that is tracked, and nothing is: `goto` one first",
+    "in the other posture, and none is tracked: `goto` one first",
+    "too fast to be left for a flip",
+    "the telescope is parked; `unpark` first",
+    r"the telescope is (?:slewing|jogging|waiting); wait for it, or `stop` first",
+    "stopped by command",
+)
+NAMED = re.compile("|".join((*LIMITS, *STATES)))
 
 
 class Overseer:

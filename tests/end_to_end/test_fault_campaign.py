@@ -23,7 +23,7 @@ from pointing.targets import FixedAltAz
 from transports.errors import TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "60"))
+RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "16"))
 FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
 OURS = (ClockdriveError, DriveError, PointingError, TransportError)
 REMEDY = re.compile(r"`[a-z]|check|try again|again|find its cause|wait|close the other|give|say --", re.IGNORECASE)

@@ -2,6 +2,8 @@
 
 import pytest
 
+from clockdrive.cli import main
+
 
 @pytest.fixture
 def tracked(started, written):
@@ -32,6 +34,10 @@ def test_pulses_solutions_and_origins_are_shown_and_cleared_by_their_names(track
     shown = run(*command, "status").stdout
     assert "centre north: " in shown
     assert "on hadec:1,-41" in shown
+    run(*command, "guide", "N", "1000")
+    said = run(*command, "centre", *place, "--at", then["position_utc"]).stdout
+    assert "it took in and cleared the guide pulses, +0.00″ east, +7.52″ north" in said
+    assert "guide north" not in named(answer(*command, "status"))
     run(*command, "offset", "clear", "centre north")
     assert "centre north" not in named(answer(*command, "status"))
 
@@ -54,6 +60,8 @@ BAD = {
 }
 
 
-def test_bad_input_is_a_sentence(tracked, run):
+def test_bad_input_is_a_sentence(tracked, capsys):
+    """This process is the second terminal: a program of its own for each would take most of the time."""
     for words, said in BAD.items():
-        assert said in run("-c", tracked, *words, code=2 if words[0] == "plan" else 1).stderr
+        assert main(["-c", str(tracked), *words]) == (2 if words[0] in {"plan", "guide", "centre"} else 1)
+        assert said in capsys.readouterr().err

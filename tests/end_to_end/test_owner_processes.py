@@ -10,20 +10,22 @@ import sys
 import pytest
 
 from clockdrive import simulators
+from clockdrive.cli import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from transports.serve import serve
 
-NEAR, FAR = "hadec:1,-41", "hadec:40,-41"  # two and ten seconds away from park
+NEAR, FAR = "hadec:1,-41", "hadec:40,-41"
+SLOW_DEG_S = 2.0  # from park to FAR it slews for longer than a busy computer takes to start three commands
 
 
 @pytest.fixture
 def served(written):
     """A simulated unit served from this process on a TCP port; its true state can be looked at."""
-    configuration = load(written("sim:", "unit.toml"), {}, {})
+    configuration = load(written("sim:", "unit.toml", speed_deg_s=SLOW_DEG_S), {}, {})
     unit = simulators.tc410(configuration, SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
-        unit.file = written(server.address)
+        unit.file = written(server.address, speed_deg_s=SLOW_DEG_S)
         yield unit
 
 
@@ -95,6 +97,36 @@ def test_a_running_owner_serves_all_and_a_second_one_is_refused(started, served,
     assert still()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no process is suspended there")
+def test_a_frozen_owner_is_told_by_its_process_id_with_what_to_do(started, served, answer, monkeypatch, capsys):
+    owner = started("-c", served.file, "run")
+    owner.until("owning the telescope")
+    owner.signal(signal.SIGSTOP)
+    monkeypatch.setattr("clockdrive.control_socket._HANDSHAKE_S", 1.0)
+    try:
+        assert main(["-c", str(served.file), "status"]) == 1
+    finally:
+        owner.signal(signal.SIGCONT)
+    said = capsys.readouterr().err
+    assert f"is owned by process {owner.popen.pid} (`run`" in said
+    assert "does not answer: it is frozen" in said
+    assert f"`kill -CONT {owner.popen.pid}`" in said
+    assert f"`kill -9 {owner.popen.pid}`, and the next command makes the drive safe" in said
+    assert answer("-c", served.file, "status")["ok"]
+
+
+def test_a_jog_at_a_lower_speed_leaves_no_difference_in_the_drives_registers(started, served, run, answer):
+    owner = started("-c", served.file, "run")
+    owner.until("owning the telescope")
+    run("-c", served.file, "sync", "hadec:0,-42.4", "--force")
+    before = answer("-c", served.file, "drive", "diff")["differences"]
+    full = served.memory.raw("axis1_max_speed")
+    answer("-c", served.file, "jog", "1", "0.3", "--for", "1s")
+    assert served.memory.raw("axis1_max_speed") == full
+    assert answer("-c", served.file, "drive", "diff")["differences"] == before
+    assert "axis1.max_speed_deg_s" not in answer("-c", served.file, "drive", "pull")["changed"]
+
+
 def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served, run, answer, eventually, still):
     owner = started("-c", served.file, "run")
     owner.until("owning the telescope")
@@ -105,10 +137,12 @@ def test_interrupting_a_goto_that_the_owner_does_stops_it_there(started, served,
     assert attached.ended() == 130
     assert answer("-c", served.file, "status")["doing"] == "idle"
     assert still()
-    tracking = started("-c", served.file, "track", "hadec:5,-41")
-    tracking.until("on hadec:5,-41")
+    tracking = started("-c", served.file, "track", NEAR)
+    tracking.until(f"on {NEAR}")
     tracking.signal(signal.SIGINT)
     assert tracking.ended() == 130
+    stops = [line for log in served.file.parent.glob("state/*.log") for line in log.read_text("utf-8").splitlines()]
+    assert [line.split("Z ")[1] for line in stops][-2:].count("stopped: by command") == 1, "once, not twice"
     assert answer("-c", served.file, "status")["doing"] == "idle"
 
 

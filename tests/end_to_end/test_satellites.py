@@ -7,6 +7,8 @@ from satellites import EPOCH_UTC, NO_DRAG, ORBITS, lines
 
 from clockdrive import Telescope, VirtualClock
 from clockdrive.answers import utc
+from clockdrive.cli import display
+from clockdrive.errors import Refused
 from pointing.instant import Instant
 from pointing.satellite import Satellite
 from pointing.tle import Tle
@@ -69,6 +71,62 @@ def test_a_low_satellite_is_waited_for_and_met_with_its_velocity(name, kind, tmp
         print(f"{name}, {kind}: {plan['pass']['followed_s']:.0f} s of {found.duration:.0f} s, worst {worst:.2f}″")
         assert worst < 5.0
         assert "before it would lead out" in scope.status()["trouble"]
+
+
+@pytest.fixture
+def soon(tmp_path, monkeypatch):
+    """A telescope, and a 400 km satellite that comes up in 100 s."""
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path))
+    target = Satellite(Tle(*ORBITS["400 km"], "TEST 1"))
+    with opened(START) as scope:
+        day = passes(scope._session.planner, target, START, START + 2 * 86400.0)
+        found = next(each for each in day if each.duration > 200.0 and each.rise.time > START + 300.0)
+    with opened(found.rise.time - 100.0) as scope:
+        yield scope, target, found
+
+
+def test_while_a_satellite_is_waited_for_progress_and_status_say_so_with_the_seconds_left(soon):
+    scope, target, found = soon
+    said, refusals = [], []
+
+    def watch(progress):
+        status = scope.status().json
+        bar = {"target": progress.target, "remaining_s": progress.remaining_s, "waiting": str(progress.waiting)}
+        said.append((progress.waiting, scope.clock.now(), status, display.live_line(status), display._slew_line(bar)))
+        if progress.waiting and not refusals:
+            with pytest.raises(Refused, match="the telescope is waiting; wait for it") as refused:
+                scope.offset(1.0, 0.0)
+            refusals.append(refused)
+
+    scope.goto(target, watch)
+    waits = [each for each in said if each[0] is not None]
+    assert len(waits) > 50
+    assert refusals
+    for waiting, now, status, line, bar in waits:
+        assert (status["doing"], status["target"]) == ("waiting", "TEST 1")
+        assert status["waiting"]["left_s"] == pytest.approx(waiting.until - now, abs=0.1)
+        assert abs(waiting.until - found.rise.time) < 2.0
+        assert waiting.azimuth_deg == pytest.approx(math.degrees(found.rise.azimuth), abs=0.1)
+        text = (
+            f"waiting for TEST 1 at azimuth {waiting.azimuth_deg:.2f}°, altitude {waiting.altitude_deg:.2f}°, until "
+        )
+        assert line.startswith(text)
+        assert line.endswith("s left")
+        assert bar.startswith(text)
+    slews = [status for waiting, _, status, _, _ in said if waiting is None]
+    assert {(each["doing"], each["target"], each["waiting"]) for each in slews} == {("slewing", "TEST 1", None)}
+    assert scope.status()["waiting"] is None
+
+
+def test_a_dead_man_process_that_is_slow_to_start_does_not_leave_the_axes_behind(soon, monkeypatch):
+    scope, target, found = soon
+    guardian = scope._session.drive._direct._guardian
+    monkeypatch.setattr(guardian, "start", lambda: scope.clock.sleep(4.0))
+    scope.wait(found.rise.time + 60.0 - scope.clock.now())
+    arrival = scope.goto(target)
+    print(f"{arrival['arrival_error_arcsec']:.1f}″ off on joining, {arrival['slews']} slew(s)")
+    assert arrival["arrival_error_arcsec"] < 30.0
+    assert arrival["slews"] == 1
 
 
 def lost(plan):

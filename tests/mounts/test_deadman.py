@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 
 import pytest
 from faults import Fault, FaultMachine, FaultyLink, by_chance
-from waiting import seconds_until
+from waiting import PATIENCE_S, seconds_until
 
 from clockdrive.clock import SystemClock, VirtualClock
 from mounts import deadman_process
@@ -311,15 +311,18 @@ def test_it_can_be_armed_again_and_started_again():
     frames = [SafeFrame(b"halt\r", rb"yes\r")]
     with serve(device, CLOCK, "tcp://127.0.0.1:0") as server:
         dead_man = DeadMan(server.address, frames, program=PROGRAM, silence_s=0.15)
+        other = DeadMan(server.address, [SafeFrame(b"other\r", rb"yes\r")], program=PROGRAM, silence_s=0.15)
         for _ in range(2):
-            with dead_man:
+            with dead_man, other:
                 for _ in range(2):
                     dead_man.arm()
                     assert dead_man.beat()
                     dead_man.disarm()
-                time.sleep(0.3)
+                other.arm()
+                other._process.wait(PATIENCE_S)  # armed, it acts after a silence that began after that of the first
                 assert dead_man.alive
-        assert not device.heard
+        assert device.heard == [b"other\r"] * 2
+        device.heard.clear()
         with dead_man:
             dead_man.arm()
             process = dead_man._process

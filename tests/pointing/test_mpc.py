@@ -174,7 +174,6 @@ def columns(text, first, last, new):
         (columns(CERES, 71, 79, "1.0000000"), "columns 93–103: semimajor axis 2.76605 au with eccentricity 1"),
         (columns(CERES, 93, 103, "-2.7"), "columns 93–103: semimajor axis -2.7 au"),
         (columns(CERES, 93, 103, "nan"), "columns 93–103: semimajor axis 'nan'"),
-        (CERES[:92], "columns 93–103: no semimajor axis"),
         (columns(CERES, 38, 46, "1_0"), "columns 38–46: argument of perihelion '1_0'"),
         (
             columns(HALE_BOPP, 15, 18, "1066"),
@@ -185,7 +184,6 @@ def columns(text, first, last, new):
         (columns(HALE_BOPP, 31, 39, "0.0"), "columns 31–39: perihelion distance '0.0'"),
         (columns(HALE_BOPP, 42, 49, ""), "columns 42–49: no eccentricity"),
         (columns(HALE_BOPP, 88, 89, "99"), "columns 88–89: day of epoch '99'"),
-        ("hello", "line 1, columns 21–25: no epoch"),
     ],
 )
 def test_a_field_that_is_missing_or_impossible_is_refused_with_its_place(file, text, said):
@@ -239,3 +237,31 @@ def test_any_file_is_a_body_or_a_refusal(tmp_path_factory, content, name):
     path.write_bytes(content)
     with pytest.raises(TargetError):
         read_elements(path, name)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "said"),
+    [
+        ("hello", 6, "the line ends before its semimajor axis, columns 93"),
+        (CERES[:92], 93, "the line ends before its semimajor axis"),
+        ("The quick brown fox jumps over the lazy dog", 8, "'c' stands"),
+        (columns(CERES, 36, 36, "1"), 36, "'1' stands where"),
+        (columns(HALE_BOPP, 50, 50, "1"), 50, "'1' stands where"),
+        (columns(CERES, 170, 170, "\x1b"), 170, "the character U+001B"),
+        ("\x1b[31mred", 1, "the character U+001B cannot stand there"),
+    ],
+)
+def test_what_is_no_line_of_elements_is_no_body_and_is_refused_with_its_column(file, text, column, said):
+    with pytest.raises(TargetError) as refused:
+        read_elements(file(text + "\n"))
+    head = f"bodies.txt, line 1, column {column}: no line of MPCORB or CometEls: "
+    assert str(refused.value).startswith(head + said)
+    assert str(refused.value).isprintable()
+
+
+def test_what_is_odd_beside_a_body_does_it_no_harm_and_is_not_sent_to_a_terminal(file):
+    path = file("\x1b]0;title\x07\n" + columns(CERES, 176, 176, "\x1b") + "\n" + HALE_BOPP + "\n")
+    assert read_elements(path).name == "C/1995 O1 (Hale-Bopp)"
+    with pytest.raises(TargetError) as refused:
+        read_elements(path, "Pallas")
+    assert str(refused.value).isprintable()

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planning_bench import LIMITS_DEG, MIDNIGHT, gearing, planner, start_at, timing
+from planning_bench import LIMITS_DEG, MIDNIGHT, gearing, noon_of, planner, random_star, start_at, timing
 
 from pointing.errors import PointingError, TargetError, Unreachable
 from pointing.instant import Instant
@@ -28,10 +28,6 @@ HILLS = Horizon(
     )
 )
 kinds = pytest.mark.parametrize("kind", MountType)
-
-
-def random_star(rng):
-    return Star.from_degrees(rng.uniform(0.0, 360.0), math.degrees(math.asin(rng.uniform(-1.0, 1.0))))
 
 
 def random_start(rng, subject, time, *, moving=True):
@@ -335,12 +331,7 @@ def test_a_target_that_never_rises_has_no_time():
 def blocked_by_the_sun():
     """A planner at noon, the Sun between the start and what stands in the west."""
     subject = planner(MountType.ALTAZ_FORK, 35.0, sun_deg=40.0, limits_deg=((0.0, 359.0), (0.0, 91.0)))
-    noon = next(
-        time
-        for time in np.arange(MIDNIGHT, MIDNIGHT + 86_400.0, 300.0)
-        if subject.sky.at(Instant.from_posix(time)).sun()[2] > 0.5
-        and abs(subject.sky.at(Instant.from_posix(time)).sun()[1]) < 0.05
-    )
+    noon = noon_of(subject)
     return subject, noon, start_at(subject, 110.0, 20.0, noon)
 
 
@@ -497,13 +488,7 @@ def test_standing_says_how_the_telescope_stands_to_each_limit():
 def test_where_the_straight_way_is_barred_another_leads_round():
     """The Sun stands between two places of the same height; over the zenith, or axis by axis, there is a way."""
     subject = planner(MountType.ALTAZ_FORK, 35.0, sun_deg=30.0, limits_deg=((0.0, 359.0), (0.0, 91.0)))
-    noon = next(
-        time
-        for time in np.arange(MIDNIGHT, MIDNIGHT + 86_400.0, 300.0)
-        if subject.sky.at(Instant.from_posix(time)).sun()[2] > 0.45
-        and abs(subject.sky.at(Instant.from_posix(time)).sun()[1]) < 0.05
-    )
-    start, how = start_at(subject, 110.0, 20.0, noon), timing(second_speed_deg_s=1.0)
+    start, how = start_at(subject, 110.0, 20.0, noon_of(subject)), timing(second_speed_deg_s=1.0)
     target = FixedAltAz(math.radians(250.0), math.radians(70.0), "high in the west")
     straight, refused = subject.straight(target, start, how)
     assert straight is None

@@ -102,8 +102,8 @@ def test_what_is_damaged_is_told_with_its_place(written, text, told):
 
 
 def test_what_is_no_file_is_a_sentence(tmp_path):
-    for path in (tmp_path, tmp_path / "none.tle"):
-        with pytest.raises(TargetError, match="there is no such file"):
+    for path, said in ((tmp_path, "it is a folder"), (tmp_path / "none.tle", "there is no such file")):
+        with pytest.raises(TargetError, match=said):
             read_tle(path)
 
 

@@ -10,6 +10,7 @@ import threading
 import time
 
 import pytest
+from waiting import PATIENCE_S, seconds_until
 
 from transports.ascii_frame import encode_frame
 from transports.errors import ExceptionReply, LinkError, NoAnswer, WrongAnswer
@@ -27,12 +28,14 @@ HANG_UP = object()
 
 
 class ScriptedServer:
-    """Answers the requests in turn with lists of bytes, pauses in seconds, or `HANG_UP`."""
+    """Answers the requests in turn with lists of bytes, pauses in seconds, events to wait for, or `HANG_UP`."""
 
     def __init__(self, *answers):
         self.answers = list(answers)
         self.requests = []
         self.connections = 0
+        self.played = 0
+        """How many of the answers have been given to their end."""
         self._client = None
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
@@ -66,12 +69,15 @@ class ScriptedServer:
             while request := client.recv(4096):
                 self.requests.append(request)
                 for step in self.answers.pop(0) if self.answers else []:
-                    if step is HANG_UP:
-                        return
-                    if isinstance(step, float):
+                    if isinstance(step, threading.Event):
+                        step.wait(PATIENCE_S)
+                    elif isinstance(step, float):
                         time.sleep(step)
+                    elif step is HANG_UP:
+                        client.shutdown(socket.SHUT_RDWR)
                     else:
                         client.sendall(step)
+                self.played += 1
         except OSError:
             return
 
@@ -178,10 +184,12 @@ def test_an_answer_is_never_one_behind(real_clock):
 
 
 def test_a_frame_nobody_asked_for_is_not_the_next_answer(real_clock):
-    with ScriptedServer([RIGHT, 0.03, OLDER], [MARKER], [RIGHT]) as server:
+    read = threading.Event()
+    with ScriptedServer([RIGHT, read, OLDER], [MARKER], [RIGHT]) as server:
         modbus = master(server, real_clock)
         assert modbus.read_holding_registers(0x50, 2).values == VALUES
-        time.sleep(0.08)
+        read.set()
+        seconds_until(lambda: server.played == 1)
         assert modbus.read_holding_registers(0x50, 2).values == VALUES
         modbus.close()
     assert server.requests == [REQUEST, MARKER_REQUEST, REQUEST]
@@ -209,10 +217,12 @@ def test_refused_is_told_with_what_to_do(real_clock):
 
 def test_a_connection_closed_between_requests_is_opened_again_before_a_write(real_clock):
     echo = b":FF050000FF00FD\r\n"
-    with ScriptedServer([RIGHT, 0.02, HANG_UP], [echo]) as server:
+    read = threading.Event()
+    with ScriptedServer([RIGHT, read, HANG_UP], [echo]) as server:
         modbus = master(server, real_clock)
         assert modbus.read_holding_registers(0x50, 2).values == VALUES
-        time.sleep(0.05)
+        read.set()
+        seconds_until(lambda: server.played == 1)
         assert modbus.write_coil(0, value=True).values == (1,)
         modbus.close()
     assert server.requests == [REQUEST, echo]

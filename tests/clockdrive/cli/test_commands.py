@@ -4,12 +4,14 @@ import json
 import re
 import sys
 import zipfile
+from datetime import UTC, datetime
 
 import pytest
 from astropy import units as u
 from astropy.io import fits
 from astropy.table import Table
 from mpc_lines import COMETS
+from satellites import NO_DRAG, lines
 
 from clockdrive.cli import display, main
 from pointing import kernel
@@ -115,6 +117,17 @@ def test_goto_as_json_is_one_document_and_leaves_the_telescope_tracking(answer):
     assert answer(f"goto {UP} --for 0.5s")[1]["ok"]
     assert answer("status")[1]["doing"] == "idle"
     assert answer(f"track {UP} --for 0.5s")[1]["ok"]
+
+
+def test_a_drive_of_another_kind_is_not_read_as_a_tc410(run):
+    code, out, err = run("init avr-box --from tcp://127.0.0.1:1")
+    assert (code, out) == (2, "")
+    assert "this version drives the tc410 only" in err
+    assert "`clockdrive init avr-box` writes the keys of the avr-box" in err
+    assert run("init tc410 --from tcp://127.0.0.1:1 --mount german")[0] == 2
+    code, out, err = run("init avr-box")
+    assert (code, 'kind = "avr-box"' in out) == (0, True)
+    assert "this version drives the tc410 only" in err
 
 
 def test_plans_need_no_drive_when_the_counts_are_given(answer, run):
@@ -354,3 +367,29 @@ def test_the_words_of_a_target_need_no_quotes(answer):
         line = f"plan {at} {words}"
         code, plan = answer(line) if "--" not in words else (0, {"ok": True})
         assert (code, plan["ok"]) == (0, True), words
+
+
+def epoch_now():
+    """Of elements as fresh as can be: year and day of it."""
+    now = datetime.now(UTC)
+    return f"{now:%y}{now.timetuple().tm_yday + now.hour / 24.0:012.8f}"
+
+
+def test_a_satellite_that_needs_this_program_is_not_left_behind_by_a_goto_that_returns(run, tmp_path):
+    """One that comes up within half an hour would be waited for; nothing moves for the refusal."""
+    orbits = [
+        lines(10000 + k, 80.0, 15.0 * k % 360.0, 0.0003, 0.0, 47.0 * k % 360.0, 15.5, NO_DRAG, epoch_now())
+        for k in range(72)
+    ]
+    path = tmp_path / "many.tle"
+    path.write_text("\n".join(f"S{k}\n{one}\n{two}" for k, (one, two) in enumerate(orbits)) + "\n", encoding="utf-8")
+    code, out, err = run(f"passes {path} --hours 0.4 --json")
+    assert code == 0, out + err
+    name = json.loads(out)["passes"][0]["target"]
+    code, out, _ = run(f"goto tle:{path}#{name} --json")
+    assert code == 1
+    reason = json.loads(out)["reason"]
+    assert f"{name} is too fast to be left to the drive alone" in reason
+    assert "--for 5m" in reason
+    status = json.loads(run("status --json")[1])
+    assert [axis["counts"] for axis in status["axes"]] == [0x800000 + 0.5] * 2

@@ -92,3 +92,32 @@ def test_an_altitude_can_be_asked_for(run, file):
     high = json.loads(run(name, *AT, "--above", "50", "--json")[1])["passes"]
     assert 0 < len(high) < len(every)
     assert min(each["rise"]["altitude_deg"] for each in high) > 49.9
+
+
+ROCK = (
+    "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: time, datatype: string}\n"
+    "# - {name: ra, unit: deg, datatype: float64}\n# - {name: dec, unit: deg, datatype: float64}\n"
+    "# meta: {observer: topocentric}\ntime ra dec\n"
+    + "".join(f"2026-11-24T{hour:02d}:00:00 {0.1 * hour} -40.0\n" for hour in range(9, 19))
+)
+
+
+def test_a_table_is_searched_where_it_holds_something_and_the_note_says_so(run, tmp_path):
+    """At Kaikoura the place of 0 h, −40° stands above 15° from before 9 h UT to about 13 h."""
+    (tmp_path / "rock.ecsv").write_text(ROCK, encoding="utf-8")
+    code, out, _ = run("ephem:rock.ecsv", "--at", "2026-11-24T00:00:00Z", "--hours", "48", "--json")
+    answer = json.loads(out)
+    assert code == 0
+    assert answer["notes"][0].startswith("rock: its table holds 2026-11-24T09:00:00")
+    assert "searched from 2026-11-24T09:00:00.001Z to 2026-11-24T17:59:59.999Z" in answer["notes"][0]
+    (found,) = answer["passes"]
+    assert found["rise"]["utc"].startswith("2026-11-24T09:00:00")
+    assert found["begun"]
+    inside = run("ephem:rock.ecsv", "--at", "2026-11-24T09:30:00Z", "--hours", "1", "--json")
+    assert not any("its table" in note for note in json.loads(inside[1])["notes"])
+    assert "1 pass (UTC" in run("ephem:rock.ecsv", "--at", "2026-11-24T09:30:00Z", "--hours", "1")[1]
+    code, _, err = run("ephem:rock.ecsv", "--at", "2026-12-01T00:00:00Z")
+    assert code == 1
+    assert (
+        "nothing of 2026-12-01T00:00:00.000Z to 2026-12-02T00:00:00.000Z; search in that time (--at, --hours)" in err
+    )

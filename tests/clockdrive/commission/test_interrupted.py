@@ -4,6 +4,7 @@ import os
 import random
 import subprocess
 import sys
+from collections import Counter
 from contextlib import suppress
 
 import pytest
@@ -19,7 +20,7 @@ from mounts.tc410.registers import REGISTERS
 from transports.serve import serve
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-TRIES = 200 if FULL else 20
+TRIES = 200 if FULL else 12
 OWN = [r for r in REGISTERS if r.kind == "holding" and r.saved and not r.name.endswith("tracking_velocity")]
 
 
@@ -38,32 +39,43 @@ def stands(watched, seconds=5.0):
     return watched.counts() == before
 
 
+class CtrlC:
+    """An interruption so many exchanges after a step has begun."""
+
+    def __init__(self, watched, step, exchanges):
+        self.watched, self.step, self.left = watched, step, exchanges
+        self.begun = self.came = False
+
+    def __call__(self, _data):
+        self.begun = self.begun or (self.watched.step is not None and self.watched.step.step.name == self.step)
+        self.left -= self.begun
+        if self.begun and self.left == 0:
+            self.came = True
+            raise KeyboardInterrupt
+
+
 @pytest.mark.campaign
 @pytest.mark.timeout(1800)
 def test_ctrl_c_at_any_exchange_leaves_it_standing_with_its_own_registers(tmp_path, monkeypatch):
     chance = random.Random(5)  # noqa: S311
-    reached = set()
+    names = [step.name for step in steps_of("tc410")]
+    reached = Counter()
     for turn in range(TRIES):
         truth = random_truth(chance.randrange(1000))
         with mount(tmp_path / str(turn), truth, monkeypatch) as watched:
-            before, last = held(watched.device), chance.randrange(1, 1500)
-            first = watched.requests
-
-            def interrupt(_data, watched=watched, last=last, first=first):
-                if watched.requests - first == last:
-                    raise KeyboardInterrupt
-
-            watched.before = interrupt
+            before = held(watched.device)
+            watched.before = CtrlC(watched, names[turn % len(names)], chance.randrange(1, 200))
             with suppress(KeyboardInterrupt):
                 watched.commission()
+            reached[watched.step.step.name] += watched.before.came
             watched.before = lambda _data: None
-            reached.add(watched.step.step.name)
-            assert stands(watched), (turn, last, watched.step.step.name)
-            assert held(watched.device) == before, (turn, last, watched.step.step.name)
+            assert stands(watched), (turn, watched.step.step.name)
+            assert held(watched.device) == before, (turn, watched.step.step.name)
             for gone, bound in watched.excursions.values():
                 assert gone <= bound + 1e-9
-    print(f"{TRIES} interruptions, in the steps {', '.join(sorted(reached))}: all stood, all registers as before")
-    assert len(reached) >= 5
+    print(f"{reached.total()} interruptions, by step {dict(reached)}: all stood, all registers as before")
+    assert len(+reached) >= 5
+    assert reached.total() > TRIES // 2  # on some mounts a step is left out, or is the last
 
 
 def test_stop_from_elsewhere_ends_it_with_a_refusal(tmp_path, monkeypatch):

@@ -66,7 +66,7 @@ def test_a_count_read_before_the_landing_does_not_teach_that_tracking_went_on():
     watch = AxisWatch(model, 0.0, 0.0, 10000, travel, 16.5, 100.0)
 
     def at(elapsed):
-        return Values(100.0 + elapsed, 0.0, {}, {})
+        return Values(100.0 + elapsed, 0.0, {}, {}, 100.0 + elapsed, 100.0 + elapsed)
 
     landed = travel.duration
     watch.see(9993.0, at(landed - 0.5), at(landed + 0.1), slewing=False, other_slewing=True)

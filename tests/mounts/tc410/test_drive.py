@@ -1,10 +1,12 @@
 """The driver moves a unit: it starts, lands on the count when it said, and knows when something went wrong."""
 
+import itertools
 import math
 import random
+import re
 
 import pytest
-from tc410_bench import T0, Bench, OnSky, Straight
+from tc410_bench import STEP_ARCSEC, T0, Bench, OnSky, Straight
 
 from clockdrive import tc410_assembly
 from clockdrive.clock import VirtualClock
@@ -13,6 +15,7 @@ from mounts.drive import AxisSlew, Drive
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from mounts.tc410.drive import TC410
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND
+from transports.memory import MemoryLink
 from transports.modbus_ascii import ModbusAscii
 
 TICK_S = 0.002
@@ -156,12 +159,50 @@ def test_a_slower_slew_never_goes_faster_and_gives_the_speed_back() -> None:
         bench.wait(0.05)
     print(f"fastest {fastest:.2f} of 700 counts/s")
     assert 695.0 < fastest <= 700.0
+    assert bench.unit.memory.raw("axis1_max_speed") == full, "given back on landing"
+    bench.slew(AxisSlew(CENTRE, max_rate=700.0), AxisSlew(CENTRE))
+    assert bench.unit.memory.raw("axis1_max_speed") < full
+    assert bench.drive.lent["axis1_max_speed"] * COUNTS_PER_SECOND > 1000.0
     bench.slew(AxisSlew(CENTRE), AxisSlew(CENTRE))
     assert bench.unit.memory.raw("axis1_max_speed") == full
     bench.polled_until_landed()
     bench.slew(AxisSlew(CENTRE + 100, max_rate=700.0), AxisSlew(CENTRE))
+    bench.drive.stop(bench.now)
+    bench.drive.read(bench.now)
+    assert bench.unit.memory.raw("axis1_max_speed") == full, "given back after a stop"
+    assert not bench.drive.lent
+    bench.slew(AxisSlew(CENTRE + 200, max_rate=700.0), AxisSlew(CENTRE))
     bench.drive.close(bench.now, keep_tracking=False)
     assert bench.unit.memory.raw("axis1_max_speed") == full
+
+
+def test_a_host_kept_from_its_work_between_a_request_and_its_stamp_loses_no_position(monkeypatch) -> None:
+    """As on a loaded machine: the unit has the request long before the host notes when it sent it."""
+    bench, write = Bench(), MemoryLink.write
+    late_s = itertools.cycle((0.0, 0.0, 0.0, 0.03, 0.0, 0.03, 0.0))  # seven, against three requests a reading
+
+    def late(link: MemoryLink, data: bytes) -> float:
+        write(link, data)
+        bench.wait(next(late_s))
+        return bench.now
+
+    monkeypatch.setattr(MemoryLink, "write", late)
+    for target in (CENTRE + 60_000, CENTRE - 60_000):
+        bench.slew(AxisSlew(target), AxisSlew(target))
+        assert bench.polled_until_landed().unsynchronised == ""
+
+
+def test_a_jump_that_no_delay_explains_is_told_with_its_bound() -> None:
+    bench = Bench()
+    bench.drive.read(bench.now)
+    bench.wait(0.25)
+    bench.unit.axes[0].position += 20_000 << 24
+    why = bench.drive.read(bench.now).unsynchronised
+    print(why)
+    moved, elapsed, most = (float(found) for found in re.findall(r"([\d.]+) (?:counts from|s ago|that its)", why))
+    assert moved == 20_000
+    assert 0.25 <= elapsed < 0.28
+    assert most == pytest.approx(4.5 * 3600.0 / STEP_ARCSEC * elapsed, rel=0.03)
 
 
 def test_stop_really_stops_a_slew_and_the_tracking_behind_it() -> None:

@@ -62,6 +62,47 @@ def test_a_good_run_gives_no_finding(mount, seed):
     assert names(simulated(mount, n=14, seed=seed)) == []
 
 
+def turned(v, axis, angle):
+    """Vectors (3, n) turned by an angle about x (0) or y (1)."""
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[[1, 0, 0], [0, c, -s], [0, s, c]], [[c, 0, s], [0, 1, 0], [-s, 0, c]]][axis])
+    return turn @ v
+
+
+def rigid(seed, size_arcmin, mount="equatorial"):
+    """A run with a telescope of rigid parts: tilted axis, exact collimation cone, larger zero points."""
+    rng = np.random.default_rng(seed)
+    run = simulated(mount, latitude_deg=rng.uniform(-60.0, 60.0), n=int(rng.integers(15, 120)), seed=seed)
+    west, up, cone, skew = rng.normal(0.0, size_arcmin * 60.0 * ARCSEC, 4)
+    zero1, zero2 = rng.normal(0.0, 3.0 * size_arcmin * 60.0 * ARCSEC, 2)
+    a, b = run.mechanical_star()
+    x, y, z = turned(turned(np.array([np.cos(b) * np.cos(a), -np.cos(b) * np.sin(a), np.sin(b)]), 1, up), 0, west)
+    first, second = np.where(run.beyond, np.arctan2(-y, x) + math.pi, np.arctan2(-y, x)), np.arcsin(z)
+    second = np.where(run.beyond, math.pi - second, second)
+    aside = (math.sin(cone) + math.sin(skew) * np.sin(second)) / np.cos(second)
+    noise1, noise2 = rng.normal(0.0, 5.0, (2, len(run))) * ARCSEC
+    first = first - np.arcsin(np.clip(aside, -1.0, 1.0)) - zero1 + noise1 / np.cos(second)
+    night = np.sort(rng.uniform(0.0, rng.uniform(1.0, 6.0), len(run)))
+    return replace(run, axis1=first, axis2=second - zero2 + noise2, sidereal_time=night)
+
+
+@pytest.mark.parametrize("mount", ["equatorial", "altazimuth"])
+@pytest.mark.parametrize("size_arcmin", [1.0, 20.0, 60.0])
+def test_a_rigid_telescope_with_large_errors_gives_no_finding(mount, size_arcmin):
+    found = [finding for seed in range(25) for finding in diagnose(rigid(seed, size_arcmin, mount))]
+    assert [str(finding) for finding in found if finding.name != "constant-offset"] == []
+    assert len(found) < 2  # an index error above 10° is that large
+
+
+def test_places_of_j2000_are_told_whatever_the_errors_of_the_telescope():
+    told = [
+        any(finding.name == "wrong-frame" for finding in diagnose(confused(rigid(seed, size_arcmin))))
+        for seed in range(10) for size_arcmin in (1.0, 20.0, 60.0) for confused in (places_of_j2000, places_of_date)
+    ]  # fmt: skip
+    print(f"{sum(told)} of {len(told)} told")
+    assert sum(told) >= 0.95 * len(told)
+
+
 @pytest.mark.parametrize("name", REAL)
 def test_a_good_real_run_gives_no_finding(shared, name):
     assert names(read_run(shared / "data" / "tpoint" / f"{name}.dat", places=REAL[name])) == []

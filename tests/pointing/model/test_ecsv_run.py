@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from astropy import units as u
-from astropy.table import MaskedColumn, QTable, Table
+from astropy.table import Column, MaskedColumn, QTable, Table
 from astropy.time import Time
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,6 +16,8 @@ from pointing.errors import PointingError
 from pointing.model.ecsv_run import read_ecsv, write_ecsv
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
+from pointing.model.spk_file import write_spk
+from pointing.model.tpoint_file import read_tpoint, write_tpoint
 from pointing.site import Weather
 
 FILES = ("apo_2016-08-18", "apo_2017-12-10", "auxtel_2020-02", "auxtel_2022-04", "gem_cgx-l", "gem_warp",
@@ -87,6 +89,10 @@ def test_units_and_names_are_read_whatever_they_are():
         (lambda: table(azimuth=None), "t has columns elevation, telescope_azimuth, telescope_elevation: wanted are"),
         (lambda: table(azimuth=[1.0, 2.0]), "t: column azimuth has no unit; give it deg, hourangle or rad"),
         (lambda: table(azimuth=[1.0, 2.0] * u.m), "t: column azimuth: 'm' (length) and 'rad' (angle)"),
+        (
+            lambda: table(azimuth=Column([1.0, 2.0], unit=u.Unit(";deg", parse_strict="silent"))),
+            "t: column azimuth: The unit ';deg' is unrecognized",
+        ),
         (lambda: table(azimuth=MaskedColumn([1.0, 2.0], mask=[0, 1], unit="deg")), "t, row 2: azimuth is no number"),
         (lambda: table(azimuth=[1.0, math.nan] * u.deg), "t, row 2: azimuth is no number"),
         (lambda: table(meta={}), "t has no latitude_deg in its meta data"),
@@ -114,6 +120,26 @@ def test_a_file_that_is_no_table_is_a_sentence(tmp_path):
         for reader in (read_ecsv, read_run):
             with pytest.raises(PointingError, match=said):
                 reader(path)
+
+
+def test_weather_is_handed_to_the_reader_of_right_ascensions(shared):
+    path = shared / "data" / "tpoint" / "gem_warp.dat"
+    airless = read_run(path, places="apparent", weather=Weather(refraction=False))
+    assert airless == read_tpoint(path, places="apparent", weather=Weather(refraction=False))
+    assert not airless.refraction_applied
+    assert read_run(path, places="apparent").refraction_applied
+
+
+def test_a_run_without_stars_is_a_table_without_rows():
+    empty = PointingRun("altazimuth", 0.5, *[np.zeros(0)] * 4)
+    assert len(PointingRun.from_table(empty.to_table())) == 0
+
+
+@pytest.mark.parametrize("write", [write_ecsv, write_spk, write_tpoint])
+def test_what_cannot_be_written_is_a_sentence(tmp_path, write):
+    run = PointingRun.from_degrees("altazimuth", 30.0, [1], [3], [1], [3])
+    with pytest.raises(PointingError, match="cannot be written"):
+        write(run, tmp_path / "no folder" / "run.dat")
 
 
 def test_bytes_that_are_no_text_are_refused_by_every_reader(tmp_path):

@@ -250,6 +250,13 @@ def test_weather_and_date_are_asked_for_only_where_they_matter(read):
         read(bare, places="icrs", weather=Weather())
 
 
+def test_an_equinox_other_than_j2000_is_no_icrs(read):
+    text = (EQUAT + ROW).replace(":EQUAT", ":EQUAT\n:EQUINOX B1950.0")
+    with pytest.raises(PointingError, match=r"its EQUINOX is B1950\.0, and places = 'icrs' are of J2000"):
+        read(text, places="icrs")
+    assert len(read(text.replace("B1950.0", "2000"), places="icrs")) == 1
+
+
 def test_every_option_is_known(read):
     for word in sorted(set(KEYWORDS) - {"EQUAT", "GIMBAL", "ALTAZ"}):
         assert read(HEAD.replace(":ALTAZ", f":ALTAZ\n:{word}")).options == ("ALTAZ", word)
