@@ -317,6 +317,17 @@ class Session:
         one, two = reading.axes[:2]
         return Start(now, (one.counts + one.rate * ahead, two.counts + two.rate * ahead), (one.rate, two.rate))
 
+    def uncertainty_counts(self) -> tuple[float, float]:
+        """By how much the position may be off in each axis, counts.
+
+        Raises
+        ------
+        Refused
+            The position is not synchronised.
+        """
+        one, two = self.synchronised().axes[:2]
+        return one.uncertainty_counts, two.uncertainty_counts
+
     def plan(self, target: Target, posture: Posture | None = None) -> Plan:
         """Plan a slew from here and now, in a posture or in the best.
 

@@ -84,10 +84,13 @@ class Term:
 
     @property
     def rank(self) -> int:
-        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last."""
-        if _WORM.fullmatch(self.name):
+        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last.
+
+        Before all others stands what the axis's own reading decides: its worm, and the side of the pier.
+        """
+        if _WORM.fullmatch(self.name) or (self.factors and all(isinstance(each, Beyond) for each in self.factors)):
             return -1
-        if all(isinstance(factor, Beyond) for factor in self.factors):
+        if not self.factors:
             return _RANK.get(self.result, len(_RANK))
         return len(_RANK)
 
