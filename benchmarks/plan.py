@@ -12,6 +12,7 @@ from mounts.tc410.slew import Tc410SlewModel
 from pointing.gearing import Gearing
 from pointing.instant import Instant
 from pointing.limits import Horizon, Limits
+from pointing.model.pointing_model import PointingModel
 from pointing.mount import Mount, MountType
 from pointing.plan import Axis, Start, Timing
 from pointing.planner import Planner
@@ -23,16 +24,20 @@ RISEN = MIDNIGHT + 3600.0 * 2.0  # POSIX; the star stands well above the horizon
 HERE = (CENTRE + 60_000.0, CENTRE - 90_000.0)
 
 
-def telescope() -> tuple[Planner, Timing]:
-    """Return a planner of a misaligned fork with every limit on, and its drive."""
+SEVEN_TERMS = {"IH": 12.0, "ID": -8.0, "CH": 45.0, "NP": -20.0, "MA": -60.0, "ME": 90.0, "TF": 15.0}  # arcseconds
+
+
+def telescope(**terms: float) -> tuple[Planner, Timing]:
+    """Return a planner of a misaligned fork with every limit on, and its drive; `terms` are of a pointing model."""
     latitude = math.radians(LATITUDE)
     one, two = (
         Gearing.of_motor(200, Fraction(1, 285), Fraction(16, 40), 10, centre_counts=CENTRE, centre_deg=centre)
         for centre in (0.0, LATITUDE)
     )
+    model = PointingModel.of("equatorial", LATITUDE, **terms) if terms else None
     planner = Planner(
         Sky(Site.from_degrees(LATITUDE, LONGITUDE, HEIGHT, weather=WEATHER)),
-        Mount(MountType.EQUATORIAL_FORK, latitude, 0.002, -0.003),
+        Mount(MountType.EQUATORIAL_FORK, latitude, 0.002, -0.003, model=model),
         (
             Axis("axis1", one, math.radians(-170.0), math.radians(170.0)),
             Axis("axis2", two, math.radians(-130.0), math.radians(60.0)),
@@ -44,9 +49,9 @@ def telescope() -> tuple[Planner, Timing]:
 
 
 @cache
-def plan_seconds() -> float:
+def plan_seconds(**terms: float) -> float:
     """Return the seconds of one warm plan of a parsed target, a new time each."""
-    planner, timing = telescope()
+    planner, timing = telescope(**terms)
     star, seconds = Star.from_degrees(RA, DEC), count()
     return best_seconds(lambda: planner.plan(star, Start(RISEN + next(seconds) * 0.01, HERE), timing))
 
@@ -56,6 +61,24 @@ def plan() -> tuple[float, str]:
     """Target and time to counts, rates, arrival and checks."""
     ours, theirs = plan_seconds(), atco13_seconds()
     return ours / theirs, f"{ours * 1e6:.0f} µs, `erfa.atco13` {theirs * 1e6:.0f} µs"
+
+
+@benchmark("the same with a pointing model of seven terms", unit="", at_most=10.0)
+def plan_with_a_model() -> tuple[float, str]:
+    """Each way to point and each look along the path goes through the model."""
+    ours, theirs = plan_seconds(**SEVEN_TERMS), atco13_seconds()
+    return ours / theirs, f"{ours * 1e6:.0f} µs, `erfa.atco13` {theirs * 1e6:.0f} µs"
+
+
+@benchmark(
+    "axis angles and rates through a pointing model of seven terms, in calls of `erfa.atco13`", unit="", at_most=1.0
+)
+def axes_through_a_model() -> tuple[float, str]:
+    """The exact inverse and the derivatives of the whole model."""
+    mount, theirs = telescope(**SEVEN_TERMS)[0].mount, atco13_seconds()
+    place, rate = mount.observed(0.7, 0.4), (2e-5, 3e-5, 1e-5)
+    ours = best_seconds(lambda: mount.axes_and_rates(place, rate, "normal"))
+    return ours / theirs, f"{ours * 1e6:.0f} µs"
 
 
 @benchmark("one plan from `SkyCoord` and `Time`", unit="ms")

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from clockdrive.errors import ClockdriveError, ConfigurationError, OwnedElsewhere, Refused
     from clockdrive.slewing import Progress
     from clockdrive.telescope import Telescope
+    from pointing.model.fit import fit
+    from pointing.model.pointing_model import PointingModel
+    from pointing.model.run_file import read_run
+    from pointing.model.tpoint_file import read_tpoint
 
 _HOME = {
     "Answer": "clockdrive.answers",
@@ -31,12 +35,16 @@ _HOME = {
     "ConfigurationError": "clockdrive.errors",
     "OwnedElsewhere": "clockdrive.errors",
     "PlanAnswer": "clockdrive.answers",
+    "PointingModel": "pointing.model.pointing_model",
     "Progress": "clockdrive.slewing",
     "Refused": "clockdrive.errors",
     "SystemClock": "clockdrive.clock",
     "Telescope": "clockdrive.telescope",
     "VirtualClock": "clockdrive.clock",
+    "fit": "pointing.model.fit",
     "load": "clockdrive.configuration",
+    "read_run": "pointing.model.run_file",
+    "read_tpoint": "pointing.model.tpoint_file",
 }
 
 __all__ = [
@@ -46,12 +54,16 @@ __all__ = [
     "ConfigurationError",
     "OwnedElsewhere",
     "PlanAnswer",
+    "PointingModel",
     "Progress",
     "Refused",
     "SystemClock",
     "Telescope",
     "VirtualClock",
+    "fit",
     "load",
+    "read_run",
+    "read_tpoint",
 ]
 
 

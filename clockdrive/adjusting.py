@@ -20,6 +20,7 @@ _NOT_CLEARED = {
     SYNC: "a sync is in the position itself and cannot be taken back: sync again, on what it points at",
     "mount x": "take mount_x_mas out of the configuration",
     "mount y": "take mount_y_mas out of the configuration",
+    "pointing model": "take pointing_model out of the configuration",
     "pointing origin x": _BY_INSTRUMENT,
     "pointing origin y": _BY_INSTRUMENT,
     "refraction": "set refraction = false in [site.weather]",

@@ -101,8 +101,17 @@ class PassAnswer(Answer):
     ahead: PassPlan
 
 
-def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = (), target: Target | None = None) -> PlanAnswer:
-    """Put a plan into the form of `plan --json`; of the target it tells when tracking it meets a limit."""
+def plan_answer(
+    plan: Plan,
+    planner: Planner,
+    notes: Sequence[str] = (),
+    target: Target | None = None,
+    budget: Mapping[str, Any] | None = None,
+) -> PlanAnswer:
+    """Put a plan into the form of `plan --json`; of the target it tells when tracking it meets a limit.
+
+    `budget` is how far off it may land, as `budgeting.budget_json` has it.
+    """
     return PlanAnswer(
         {
             "ok": True,
@@ -115,6 +124,7 @@ def plan_answer(plan: Plan, planner: Planner, notes: Sequence[str] = (), target:
             "axes": [_axis(axis) for axis in plan.axes],
             "checks": [{"name": check.name, "ok": check.ok, "detail": check.detail} for check in plan.checks],
             **_afterwards(plan, planner, target),
+            **({} if budget is None else {"budget": budget}),
             "notes": list(notes),
         },
         plan,

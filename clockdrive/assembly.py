@@ -16,6 +16,7 @@ from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
 from clockdrive.tc410_assembly import completed_from, gearings, registers, settings, travel
 from clockdrive.weather_sources import WeatherError
+from pointing.errors import PointingError
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
 from pointing.plan import Axis, Timing
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from mounts.drive import Drive
     from mounts.tc410.direct import Guardian
     from mounts.tc410.unit import Unit
+    from pointing.model.pointing_model import PointingModel
     from transports.link import Clock
     from transports.memory import Device
 
@@ -52,7 +54,7 @@ def instruments(configuration: Configuration, name: str | None = None) -> Instru
     Raises
     ------
     ConfigurationError
-        The configuration asks for what this version does not do.
+        The configuration asks for what this version does not do, or for a pointing model that is none of this mount.
     Refused
         There is no such instrument.
     """
@@ -71,11 +73,29 @@ def _along_the_tube(configuration: Configuration) -> Planner:
     axes = tuple(Axis(f"axis{i + 1}", gears[i], *travel(configuration, i)) for i in (0, 1))
     return Planner(
         Sky(place),
-        Mount(kind, place.latitude, mount.mount_x_mas * _MAS, mount.mount_y_mas * _MAS),
+        Mount(
+            kind,
+            place.latitude,
+            mount.mount_x_mas * _MAS,
+            mount.mount_y_mas * _MAS,
+            model=_model(configuration, kind, place.latitude),
+        ),
         (axes[0], axes[1]),
         _limits(configuration),
         math.radians(configuration.limits.hour_angle_past_meridian_deg),
     )
+
+
+def _model(configuration: Configuration, kind: MountType, latitude: float) -> "PointingModel | None":
+    path = configuration.mount.pointing_model
+    if path is None:
+        return None
+    from pointing.model.model_on_file import ModelOnFile  # noqa: PLC0415 - only where one is configured
+
+    try:
+        return ModelOnFile.read(path, kind.kind, latitude)
+    except PointingError as error:
+        raise ConfigurationError(configuration.source, [f"mount.pointing_model: {error}"]) from error
 
 
 def surroundings(configuration: Configuration, planned: Planner, clock: "Clock") -> Surroundings:
@@ -191,10 +211,6 @@ def refuse_what_is_not_there(configuration: Configuration) -> None:
     kind = configuration.drive.kind
     if kind not in DRIVEN:
         problems.append(f'[drive] kind = "{kind}": {NO_OTHER_DRIVE}; its keys are checked all the same')
-    if configuration.mount.pointing_model is not None:
-        problems.append(
-            "[mount] pointing_model: this version applies mount_x_mas and mount_y_mas only; leave the key out"
-        )
     if problems:
         raise ConfigurationError(configuration.source, problems)
 

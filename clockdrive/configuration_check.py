@@ -232,8 +232,23 @@ def _motor(facts: Facts, axis: str) -> Iterator[Finding]:
 
 def cautions(facts: Facts) -> Iterator[str]:
     """What is possible, and unwise."""
-    if facts["drive.kind"] != "tc410":
-        return
+    yield from _twice(facts)
+    if facts["drive.kind"] == "tc410":
+        yield from _weak_motors(facts)
+
+
+def _twice(facts: Facts) -> Iterator[str]:
+    """A model and the mount registers add up."""
+    x, y = _float(facts, "mount.mount_x_mas"), _float(facts, "mount.mount_y_mas")
+    if facts["mount.pointing_model"] is not None and (x or y):
+        terms = "AN and AW" if facts["mount.type"] == "altaz-fork" else "MA and ME"
+        yield (
+            f"mount.pointing_model with mount.mount_x_mas = {x:g}, mount_y_mas = {y:g}: they add up; where {terms} "
+            "of the model were fitted without these registers, set both to 0, or the misalignment is applied twice"
+        )
+
+
+def _weak_motors(facts: Facts) -> Iterator[str]:
     for axis in ("axis1", "axis2"):
         label = facts.get(f"{axis}.motor_rated_a")
         current = _float(facts, f"{axis}.motor_current_a")

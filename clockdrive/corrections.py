@@ -7,14 +7,21 @@ add up.
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from clockdrive.answers import utc
 from clockdrive.configuration import Configuration
 from clockdrive.state import Correction
 from clockdrive.surroundings import Surroundings
 from pointing.instant import Instant
+from pointing.limits import separation
+from pointing.mount import Mount
 from pointing.planner import Planner
+
+if TYPE_CHECKING:
+    from pointing.model.model_on_file import ModelOnFile
+    from pointing.model.pointing_model import PointingModel
 
 SYNC = "sync"
 OFFSETS = ("offset east", "offset north")
@@ -41,7 +48,7 @@ def ledger(
     instrument: str,
     configuration: Configuration,
     around: Surroundings,
-    altitude: float,
+    angles: tuple[float, float],
     time: float,
 ) -> list[dict[str, Any]]:
     """List all corrections in force.
@@ -52,12 +59,13 @@ def ledger(
         Where they come from; `corrections` are those that a person has made.
     instrument : str
         Whose pointing origin is in force.
-    altitude : float
-        Observed altitude of the telescope, radians, at which refraction is stated.
+    angles : tuple of float
+        Where the axes stand, radians: model and refraction are stated for that place.
     time : float
         POSIX seconds.
     """
-    origin = configuration.origins
+    origin, observed = configuration.origins, planner.mount.observed(*angles)
+    altitude = math.asin(max(-1.0, min(1.0, observed[2])))
     rows = [
         _row("mount x", planner.mount.x * _ARCSEC, "arcsec", origin["mount.mount_x_mas"]),
         _row("mount y", planner.mount.y * _ARCSEC, "arcsec", origin["mount.mount_y_mas"]),
@@ -65,6 +73,8 @@ def ledger(
         _row("pointing origin y", planner.mount.origin_y * _ARCSEC, "arcsec", instrument),
         _row("refraction", planner.sky.refraction(altitude) * _ARCSEC, "arcsec", _air(configuration, around, time)),
     ]
+    if planner.mount.model is not None:
+        rows.insert(2, _model(planner.mount, planner.mount.model, angles, time))
     earth = planner.sky.at(Instant.from_posix(time)).earth_orientation
     rows.append(_row("Earth orientation UT1−UTC", earth.dut1, "s", earth.note or "bundled IERS table"))
     clock = around.clock(time)
@@ -77,6 +87,32 @@ def ledger(
 
 def _row(name: str, value: float, unit: str, origin: str) -> dict[str, Any]:
     return {"name": name, "value": value, "unit": unit, "origin": origin}
+
+
+def _model(mount: Mount, model: "PointingModel", angles: tuple[float, float], time: float) -> dict[str, Any]:
+    """The pointing model in force: how far it moves the place at which the axes stand."""
+    from pointing.model.model_on_file import ModelOnFile  # noqa: PLC0415 - only where there is one
+
+    moved = separation(mount.observed(*angles), replace(mount, model=None).observed(*angles))
+    row = _row("pointing model", moved * _ARCSEC, "arcsec", model.caption or "given") | {"terms_arcsec": model.arcsec}
+    if not isinstance(model, ModelOnFile):
+        return row
+    return {
+        **row,
+        "origin": f"{model.text}{_changed(model)}",
+        "file": str(model.path),
+        "utc": utc(model.modified),
+        "age_s": time - model.modified,
+    }
+
+
+def _changed(model: "ModelOnFile") -> str:
+    """Whether the file is another one by now; what was read goes on."""
+    try:
+        same = model.path.stat().st_mtime == model.modified
+    except OSError:
+        return "; the file is gone since it was read"
+    return "" if same else "; the file has changed since it was read: close the telescope and open it again"
 
 
 def _air(configuration: Configuration, around: Surroundings, time: float) -> str:

@@ -124,7 +124,7 @@ class DirectSpeed:
         """Stop while the telescope can still come to rest where it may stand."""
         session = self._session
         rests = rests_at(reading, session.timing().slew, _PERIOD_S)
-        if why := session.guard.why_stop(reading, session.doing, [rests]):
+        if why := session.guard.why_stop(reading, session.doing, rests):
             session.halt(f"direct speed control was {why}" if why.startswith("stopped") else why)
 
     def _ramp_down(self) -> Steps[None]:

@@ -9,6 +9,7 @@ from clockdrive.assembly import instruments as instruments_of
 from clockdrive.assembly import surroundings as surroundings_of
 from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
+from clockdrive.budgeting import budget_json, budget_of
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ConfigurationError, InputError
@@ -99,11 +100,16 @@ def answered(
     around: Surroundings,
     target: Target,
     notes: tuple[str, ...] = (),
+    uncertainty_counts: tuple[float, float] = (0.0, 0.0),
 ) -> PlanAnswer | PassAnswer:
-    """Put a plan or a pass, asked for at `time`, into words and numbers."""
+    """Put a plan or a pass, asked for at `time`, into words and numbers.
+
+    `uncertainty_counts` is by how much the drive's position may be off in each axis.
+    """
     if isinstance(found, Plan):
         said = notes_at(around, found.arrival, found.observed, target)
-        return plan_answer(found, planner, (*said, *notes), target)
+        budget = budget_json(budget_of(found, planner, around, uncertainty_counts))
+        return plan_answer(found, planner, (*said, *notes), target, budget)
     (one, _), (two, _) = found.trajectory.angles(found.joined)
     said = notes_at(around, found.joined, planner.mount.observed(one, two), target)
     return pass_answer(found, time, planner, (*said, *notes))

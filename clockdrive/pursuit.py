@@ -6,7 +6,7 @@ from mounts.drive import Reading
 from pointing.instant import Instant
 from pointing.limits import Check, separation
 from pointing.mount import Posture
-from pointing.next_limit import DAY_S, next_limit
+from pointing.next_limit import DAY_S, forbidden, next_limit
 from pointing.plan import AxisState, Leading, Start
 from pointing.planner import Planner
 from pointing.targets import Target
@@ -83,18 +83,25 @@ class Pursuit:
     def next_limit(self, time: float) -> tuple[float, Check] | None:
         """When following it meets a limit, POSIX seconds, and which; None when it does not within a day."""
         if self._limit is None or not 0.0 <= time - self._limit[0] < _LIMIT_AGE_S:
-            state = self.angles(time)
-            ahead = Trajectory(self._planner, self.target, self.posture, _places(state), self._trajectory.leading)
-            self._limit = time, next_limit(ahead, time, _LED_SPAN_S if self.led else DAY_S)
+            self._limit = time, next_limit(self._onwards(self.target, time), time, _LED_SPAN_S if self.led else DAY_S)
         return self._limit[1]
 
-    def is_joined(self, time: float) -> bool:
-        """Whether both axes are supposed to be on the target, and not on their way to it."""
-        return self._trajectory.is_joined(time)
+    def barred(self, reading: Reading) -> tuple[Check, ...]:
+        """What forbids to lead the axes any further, by the rule of `pointing.next_limit`; nothing where none is led.
 
-    def rejoined(self, time: float) -> float:
-        """When both axes are supposed to be on the target again, POSIX seconds."""
-        return self._trajectory.rejoined(time)
+        On the target it is asked of where the axes are; a bridge is a way that was planned.
+        """
+        way, leading = self._trajectory, self._trajectory.leading
+        if leading is None:
+            return ()
+        if way.is_joined(reading.time):
+            one, two = reading.axes[:2]
+            rest = leading.rest((one.counts, two.counts), (one.rate, two.rate))
+            checks = self._planner.standing(self._planner.angles(rest), reading.time)
+            return tuple(check for check in checks if not check.ok)
+        begin = reading.time + leading.notice_s
+        found = forbidden(way, begin, way.rejoined(begin))
+        return () if found is None else (found[1],)
 
     def errors(self, reading: Reading) -> tuple[float, float]:
         """By how many counts each axis is ahead of where it should be."""
@@ -115,15 +122,16 @@ class Pursuit:
 
     def moved_to(self, target: Target, time: float) -> "Pursuit":
         """Follow another target from here, in the same posture; axes under way to it go on from where they are."""
-        state = self.angles(time)
-        moved = Pursuit(self._planner, target, self.posture, _places(state), self._leading)
-        if self._trajectory.leading is not None:
+        onwards = self._onwards(target, time)
+        return Pursuit(self._planner, target, self.posture, _places(self.angles(time)), self._leading, onwards)
+
+    def _onwards(self, target: Target, time: float) -> Trajectory:
+        """The way from here along a target, led as now; axes on a bridge go on from where they are."""
+        near, leading, start = _places(self.angles(time)), self._trajectory.leading, None
+        if leading is not None and not self._trajectory.is_joined(time):
             (one, rate1), (two, rate2) = self.at(time)
-            start = None if self._trajectory.is_joined(time) else Start(time, (one, two), (rate1, rate2))
-            moved._trajectory = Trajectory(
-                self._planner, target, self.posture, _places(state), self._trajectory.leading, start
-            )
-        return moved
+            start = Start(time, (one, two), (rate1, rate2))
+        return Trajectory(self._planner, target, self.posture, near, leading, start)
 
 
 def _places(state: AxisState) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from mounts.drive import Reading
+from pointing.limits import Check
 from pointing.planner import Planner
 from pointing.slew import SlewModel
 
@@ -43,7 +44,9 @@ class Guard:
         self._was_clear = False
         self._known_limits: set[str] = set()
 
-    def why_stop(self, reading: Reading, doing: str, ahead: Sequence[tuple[float, float]] = ()) -> str:
+    def why_stop(
+        self, reading: Reading, doing: str, rests: tuple[float, float] | None = None, barred: Sequence[Check] = ()
+    ) -> str:
         """The reason to stop, with its bound and what to do; empty when there is none.
 
         Parameters
@@ -53,8 +56,10 @@ class Guard:
         doing : str
             "at rest", where only what somebody else moves is stopped, "tracking", or a slew, whose path was checked
             before it began.
-        ahead : sequence of tuple of float
-            Counts that must be allowed as well for the motion to go on: where it would come to rest, its way.
+        rests : tuple of float, optional
+            Counts at which the axes would come to rest, which must be allowed as well for the motion to go on.
+        barred : sequence of Check
+            What else is known to forbid it.
         """
         counts = reading.counts
         checks = self._planner.standing(self._planner.angles(counts), reading.time)
@@ -64,28 +69,30 @@ class Guard:
         self._known_limits = set(reading.limits) if doing == "at rest" else known
         reached = sorted(set(reading.limits) - known)
         if doing == "at rest":
-            return self._why_stop_others(reading, reached, broken if was_clear else "", ahead if not broken else ())
+            return self._why_stop_others(reading, reached, broken if was_clear else "", None if broken else rests)
         if why := _of_the_drive(reading, reached):
             return why
         if broken:
             return f"{broken}; `goto` or `park` leads away from there" if was_clear or doing == "tracking" else ""
-        return next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
+        ahead = self._why_ahead(rests, reading.time, barred)
+        return f"stopped before it would lead out of what is allowed: {ahead}" if ahead else ""
 
     def _why_stop_others(
-        self, reading: Reading, reached: list[str], broken: str, ahead: Sequence[tuple[float, float]]
+        self, reading: Reading, reached: list[str], broken: str, rests: tuple[float, float] | None
     ) -> str:
         """Bound what moves the telescope while this program does not: a hand on it, or another program."""
         others = moved_by_others(reading)
         if not others or reading.unsynchronised:
             return ""
         why = f"limit reached: {', '.join(reached)}" if reached else broken
-        why = why or next(filter(None, (self._why_ahead(counts, reading.time) for counts in ahead)), "")
+        if not why and (ahead := self._why_ahead(rests, reading.time)):
+            why = f"stopped before it would lead out of what is allowed: {ahead}"
         return f"moved by {', '.join(others)}: {why}; `goto` or `park` leads away from there" if why else ""
 
-    def _why_ahead(self, counts: tuple[float, float], time: float) -> str:
-        checks = self._planner.standing(self._planner.angles(counts), time)
-        broken = "; ".join(check.detail for check in checks if not check.ok)
-        return f"stopped before it would lead out of what is allowed: {broken}" if broken else ""
+    def _why_ahead(self, rests: tuple[float, float] | None, time: float, barred: Sequence[Check] = ()) -> str:
+        """What forbids to come to rest there, or is barred otherwise."""
+        there = () if rests is None else self._planner.standing(self._planner.angles(rests), time)
+        return "; ".join(check.detail for check in (*there, *barred) if not check.ok)
 
 
 def _of_the_drive(reading: Reading, reached: list[str]) -> str:

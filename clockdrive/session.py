@@ -20,6 +20,7 @@ from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
 from mounts.errors import DriveError
 from pointing.errors import PointingError, Unreachable
+from pointing.limits import Check
 from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
@@ -41,7 +42,6 @@ _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
 _MOVED_PERIOD_S = 0.5  # while something else moves what is at rest
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
-_LOOKS = 6  # along the way that a stop may take
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
@@ -216,7 +216,7 @@ class Session:
 
     def _guarded(self, reading: Reading) -> None:
         doing = "at rest" if self.doing in _AT_REST else self.doing
-        why = self.guard.why_stop(reading, doing, self._places_ahead(reading))
+        why = self.guard.why_stop(reading, doing, self._rests(reading), self._barred(reading))
         if not why and doing in {"at rest", "waiting"} and reading.tracking:
             why = "the drive tracks, but nothing is followed; it was stopped"
         if why:
@@ -232,28 +232,15 @@ class Session:
         moved = self.reading is not None and moved_by_others(self.reading)
         return _MOVED_PERIOD_S if moved else _IDLE_PERIOD_S
 
-    def _places_ahead(self, reading: Reading) -> tuple[tuple[float, float], ...]:
-        """Counts that must be allowed for a pursuit to go on, or what somebody else moves.
+    def _rests(self, reading: Reading) -> tuple[float, float] | None:
+        """Counts at which what is tracked, or what somebody else moves, would come to rest."""
+        if self.pursuit is None:
+            others = self.doing in _AT_REST and moved_by_others(reading)
+            return rests_at(reading, self.drive.slew_models, _MOVED_PERIOD_S) if others else None
+        return None if self.pursuit.led else rests_at(reading, self.drive.slew_models, self._period)
 
-        On the target they are those where the axes would come to rest. On the way to it, which turns by itself in
-        time, they are those of the whole way: one that leads to a limit is not begun.
-        """
-        pursuit, leading = self.pursuit, self.drive.leading
-        if pursuit is None and self.doing in _AT_REST and moved_by_others(reading):
-            return (rests_at(reading, self.drive.slew_models, _MOVED_PERIOD_S),)
-        if pursuit is None:
-            return ()
-        if leading is None or pursuit.is_joined(reading.time):
-            return (rests_at(reading, self.drive.slew_models, self._period),)
-        rates = zip(reading.axes, leading.ramps, strict=False)
-        stop_s = max(abs(axis.rate) / ramps.acceleration for axis, ramps in rates)
-        begin = reading.time + 2.0 * self._period
-        way_s = max(stop_s, pursuit.rejoined(begin) - begin)
-        looks = {span * k / _LOOKS for span in (stop_s, way_s) for k in range(_LOOKS + 1)}
-        with suppress(PointingError):  # it has no place by then: `follow` stops there and says why
-            ways = [pursuit.at(begin + seconds) for seconds in sorted(looks)]
-            return tuple((one, two) for (one, _), (two, _) in ways)
-        return ()
+    def _barred(self, reading: Reading) -> tuple[Check, ...]:
+        return () if self.pursuit is None else self.pursuit.barred(reading)
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
@@ -329,6 +316,17 @@ class Session:
         ahead = now - reading.time
         one, two = reading.axes[:2]
         return Start(now, (one.counts + one.rate * ahead, two.counts + two.rate * ahead), (one.rate, two.rate))
+
+    def uncertainty_counts(self) -> tuple[float, float]:
+        """By how much the position may be off in each axis, counts.
+
+        Raises
+        ------
+        Refused
+            The position is not synchronised.
+        """
+        one, two = self.synchronised().axes[:2]
+        return one.uncertainty_counts, two.uncertainty_counts
 
     def plan(self, target: Target, posture: Posture | None = None) -> Plan:
         """Plan a slew from here and now, in a posture or in the best.

@@ -17,6 +17,7 @@ from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
 from pointing.targets import Target
 from pointing.vectors import azimuth_altitude
+from pointing.way_round import to_axes
 
 _SLEW_PERIOD_S = 0.25
 _LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
@@ -252,7 +253,12 @@ class Slewing:
     def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
         """Go to where a pass begins, and stay there until it does."""
         session = self._session
-        plan = session.planner.plan_axes(target.name, ahead.wait, session.start(), session.timing())
+        plan = to_axes(session.planner, target.name, ahead.wait, session.start(), session.timing())
+        if plan.via is not None:
+            yield from self._slew(plan.via, "slewing", report)
+            self._require_landed(plan.via)
+            with self._stopped_on_failure():
+                plan = session.planner.plan_axes(target.name, ahead.wait, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
         leading = session.drive.leading

@@ -76,7 +76,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
             instrument,
             configuration,
             session.surroundings,
-            math.radians(place["altitude_deg"]),
+            angles,
             now,
         ),
     }

@@ -210,7 +210,8 @@ class Telescope:
         resolved = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
         found = self._planned(resolved, None if at is None else time)
         around = self._session.surroundings
-        return answered(found, time, self._session.planner, around, resolved, self._instruments.notes)
+        notes, unsure = self._instruments.notes, self._control.call(self._session.uncertainty_counts)
+        return answered(found, time, self._session.planner, around, resolved, notes, unsure)
 
     def goto(
         self,

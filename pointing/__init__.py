@@ -15,7 +15,16 @@ if TYPE_CHECKING:
     from pointing.instant import Instant
     from pointing.limits import Horizon, Limits
     from pointing.minor_body import MinorBody
+    from pointing.model.choice import choose_terms
+    from pointing.model.diagnosis import diagnose
+    from pointing.model.fit import fit
+    from pointing.model.fitted import Fit
+    from pointing.model.model_file import read_model
     from pointing.model.own_term import own_term
+    from pointing.model.pointing_model import PointingModel
+    from pointing.model.run import PointingRun
+    from pointing.model.run_file import read_run
+    from pointing.model.tpoint_file import read_tpoint
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
@@ -32,6 +41,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Axis": "pointing.plan",
     "EphemerisTable": "pointing.ephemeris_table",
+    "Fit": "pointing.model.fitted",
     "FixedAltAz": "pointing.targets",
     "FixedHaDec": "pointing.targets",
     "Gearing": "pointing.gearing",
@@ -46,6 +56,8 @@ _HOME = {
     "Plan": "pointing.plan",
     "Planner": "pointing.planner",
     "PointingError": "pointing.errors",
+    "PointingModel": "pointing.model.pointing_model",
+    "PointingRun": "pointing.model.run",
     "RateOffsetTarget": "pointing.rate_offset",
     "Satellite": "pointing.satellite",
     "Site": "pointing.site",
@@ -57,15 +69,22 @@ _HOME = {
     "Timing": "pointing.plan",
     "Unreachable": "pointing.errors",
     "Weather": "pointing.site",
+    "choose_terms": "pointing.model.choice",
+    "diagnose": "pointing.model.diagnosis",
     "find": "pointing.catalogue",
+    "fit": "pointing.model.fit",
     "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
+    "read_model": "pointing.model.model_file",
+    "read_run": "pointing.model.run_file",
     "read_tle": "pointing.tle",
+    "read_tpoint": "pointing.model.tpoint_file",
 }
 
 __all__ = [
     "Axis",
     "EphemerisTable",
+    "Fit",
     "FixedAltAz",
     "FixedHaDec",
     "Gearing",
@@ -80,6 +99,8 @@ __all__ = [
     "Plan",
     "Planner",
     "PointingError",
+    "PointingModel",
+    "PointingRun",
     "RateOffsetTarget",
     "Satellite",
     "Site",
@@ -91,10 +112,16 @@ __all__ = [
     "Timing",
     "Unreachable",
     "Weather",
+    "choose_terms",
+    "diagnose",
     "find",
+    "fit",
     "own_term",
     "passes",
+    "read_model",
+    "read_run",
     "read_tle",
+    "read_tpoint",
 ]
 
 

@@ -25,6 +25,7 @@ _BULLETINS = (
     (slice(134, 144), slice(144, 154), slice(154, 165)),
     (slice(18, 27), slice(37, 46), slice(58, 68)),
 )
+_DUT1_ERROR = slice(68, 78)  # of Bulletin A, seconds
 _WORST_S = 0.9
 _ARCSEC_PER_S = 15.0
 
@@ -40,12 +41,16 @@ class EarthOrientation(NamedTuple):
         The pole's coordinates, radians.
     note : str
         Why the values may be wrong and by how much; empty where the table covers the moment.
+    dut1_error : float
+        Standard deviation of UT1 − UTC, seconds: the table's own, which grows over its predictions; outside of the
+        table how wrong it may be.
     """
 
     dut1: float
     xp: float
     yp: float
     note: str = ""
+    dut1_error: float = 0.0
 
 
 EarthOrientationSource = Callable[[Instant], EarthOrientation]
@@ -54,8 +59,8 @@ EarthOrientationSource = Callable[[Instant], EarthOrientation]
 def earth_orientation(instant: Instant) -> EarthOrientation:
     """Earth orientation at a moment, linear between the table's days and safe over a leap second."""
     day, seconds = instant.utc()
-    (dut1, xp, yp), (dut1_rate, xp_rate, yp_rate), note = _day(day)
-    return EarthOrientation(dut1 + dut1_rate * seconds, xp + xp_rate * seconds, yp + yp_rate * seconds, note)
+    (dut1, xp, yp), (dut1_rate, xp_rate, yp_rate), note, error = _day(day)
+    return EarthOrientation(dut1 + dut1_rate * seconds, xp + xp_rate * seconds, yp + yp_rate * seconds, note, error)
 
 
 Row = tuple[float, float, float]
@@ -63,21 +68,26 @@ _STILL: Row = (0.0, 0.0, 0.0)
 
 
 @lru_cache(maxsize=256)
-def _day(day: int) -> tuple[Row, Row, str]:
-    """Values at the beginning of a UTC day, their rates per second, and the note."""
+def _day(day: int) -> tuple[Row, Row, str, float]:
+    """Values at the beginning of a UTC day, their rates per second, the note, and the error of UT1 − UTC."""
     first, last = _range()
     if day < first or day >= last:
-        value = _value(first if day < first else last)
-        return value, _STILL, "" if day == last else _note(first - day if day < first else day - last, last)
+        outside = first - day if day < first else day - last
+        value, error = _value(first if day < first else last), _error(first if day < first else last)
+        return value, _STILL, _note(outside, last) if outside else "", max(error, _outside_s(outside))
     here, after = _value(day), _value(day + 1)
     # A leap second at the end of the day makes UT1 − UTC jump by a whole second.
     step = after[0] - here[0]
     rates = ((step - round(step)) / DAY, (after[1] - here[1]) / DAY, (after[2] - here[2]) / DAY)
-    return here, rates, ""
+    return here, rates, "", _error(day)
+
+
+def _outside_s(days: int) -> float:
+    return float(min(0.00025 * days**0.75, _WORST_S))
 
 
 def _note(days: int, last: int) -> str:
-    error_s = min(0.00025 * days**0.75, _WORST_S)
+    error_s = _outside_s(days)
     return (
         f"Earth orientation is {days} days outside its table, which ends at MJD {last}: right ascensions may be off"
         f" by {error_s * _ARCSEC_PER_S:.2g}″ ({error_s:.2g} s); upgrade the package astropy-iers-data"
@@ -103,6 +113,11 @@ def _value(day: int) -> Row:
     if value is None:
         raise PointingError(f"no Earth orientation for MJD {day} in {IERS_A_FILE}: reinstall astropy-iers-data")
     return value
+
+
+def _error(day: int) -> float:
+    text = _row(day - _origin())[_DUT1_ERROR]
+    return float(text) if text.strip() else 0.0
 
 
 def _parse(row: str) -> Row | None:

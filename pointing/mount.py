@@ -8,27 +8,46 @@ registers. First order: MA = −X, ME = −Y; AW = X, AN = −Y.
 *Normal* posture has |axis 2| ≤ 90°. *Beyond* is the same direction reached over the pole or zenith: axis 1 + 180°,
 axis 2 = 180° − axis 2, which a southern equatorial mount writes −180° − axis 2.
 
+From there a *pointing model* leads to the mechanical angles. What bends is undone first, then the tilt of axis 1 by
+the model, which adds to (X, Y), then the tube in closed form, then what the axes read wrong, as by a worm: see
+`pointing.model.rigid` and `pointing.tube`.
+
 The *pointing origin* is the place in the focal plane on which the target is put. It is fixed to the tube: from the
 tube's axis by x across, along the great circle in the direction of increasing axis 1, then by y with axis 2. That is
-how it lies on the sky in normal posture; beyond, the tube has turned over and both are reversed there. Solved in
-closed form after Wallace 2002 (SPIE 4848, 125) without non-perpendicularity: x is TPOINT's CH of an equatorial mount
-and −CA of an altazimuth mount, y adds to axis 2. A *posture* then says on which side of the pole the origin is.
+how it lies on the sky in normal posture; beyond, the tube has turned over and both are reversed there. So it acts
+where collimation acts, x as an addition to TPOINT's CH or −CA, y to the index of axis 2, and all that follows in the
+model, flexure too, is that of the place where the origin looks. A *posture* says on which side of the pole the origin
+is.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from pointing.errors import PointingError, Unreachable
+from pointing.errors import PointingError
+from pointing.tube import AngleRates, Tube
 from pointing.vectors import Vector
 
+if TYPE_CHECKING:
+    from pointing.model.place import MountKind
+    from pointing.model.pointing_model import PointingModel
+    from pointing.model.rigid import Bending
+
+Rows = tuple[Vector, Vector, Vector]
 Posture = Literal["normal", "beyond"]
 POSTURES: tuple[Posture, Posture] = ("normal", "beyond")
 
-_POLE = 1e-12  # closer to axis 1 than this, its angle is taken as 0 and its rate as 0: there is none
-_GRAZING = 1e-12  # square of the reach below which an origin across the tube passes the pole by
 _FARTHEST_ORIGIN = math.pi / 4
+_SAME_SITE = math.radians(0.1)  # a model's latitude matters to its flexure, to 0.2 % at that
+_ORIGIN = (
+    "a pointing origin {blind:.4f}° beside the tube's axis does not come",
+    "take another instrument, or wait until the target has passed",
+)
+_MODEL = (
+    "the tube, by the pointing model's collimation and non-perpendicularity, comes no nearer than {blind:.4f}°",
+    "wait until the target has passed",
+)
 
 
 class MountType(Enum):
@@ -57,6 +76,11 @@ class MountType(Enum):
                 return kind
         raise PointingError(f"mount type {text!r}: use one of {', '.join(kind.text for kind in cls)}")
 
+    @property
+    def kind(self) -> "MountKind":
+        """What the axes measure, in the word of pointing models."""
+        return "altazimuth" if self is MountType.ALTAZ_FORK else "equatorial"
+
 
 @dataclass(frozen=True)
 class Mount:
@@ -72,11 +96,13 @@ class Mount:
         The rotation vector of the misalignment, radians.
     origin_x, origin_y : float
         The pointing origin in the focal plane, radians; 0, 0 is the tube's axis.
+    model : PointingModel, optional
+        What the mechanical angles differ from the mount's own coordinates by.
 
     Raises
     ------
     PointingError
-        The latitude, the misalignment or the origin is impossible.
+        The latitude, the misalignment or the origin is impossible, or the model is of another mount.
     """
 
     type: MountType
@@ -85,10 +111,11 @@ class Mount:
     y: float = 0.0
     origin_x: float = 0.0
     origin_y: float = 0.0
-    _rows: tuple[Vector, Vector, Vector] = field(init=False, repr=False, compare=False)
-    _zero: float = field(init=False, repr=False, compare=False)
-    _turn: float = field(init=False, repr=False, compare=False)
-    _across: float = field(init=False, repr=False, compare=False)
+    model: "PointingModel | None" = field(default=None, repr=False)
+    _reading: "PointingModel | None" = field(init=False, repr=False, compare=False)
+    _rows: Rows = field(init=False, repr=False, compare=False)
+    _tube: Tube = field(init=False, repr=False, compare=False)
+    _bending: "Bending | None" = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not abs(self.latitude) <= math.pi / 2:
@@ -99,23 +126,53 @@ class Mount:
         if not max(abs(self.origin_x), abs(self.origin_y)) <= _FARTHEST_ORIGIN:
             place = f"x {math.degrees(self.origin_x):g}°, y {math.degrees(self.origin_y):g}°"
             raise PointingError(f"a pointing origin at {place}: possible are −45° to 45° each; check its unit")
-        turned = _transposed(_rodrigues(self.x, self.y))
         altaz = self.type is MountType.ALTAZ_FORK
-        rows = turned if altaz else _product(turned, _equator_from_horizon(self.latitude))
+        rows = _transposed(_rodrigues(self.x, self.y))
+        if not altaz:
+            rows = _product(rows, _equator_from_horizon(self.latitude))
+        tube = Tube(
+            zero=math.pi if altaz else 0.0,
+            turn=-math.pi if self.latitude < 0 and not altaz else math.pi,
+            collimation=self.origin_x,
+            index2=self.origin_y,
+            aside=_ORIGIN,
+        )
+        reading = bending = None
+        if self.model is not None:
+            rows, tube, reading, bending = self._modelled(self.model, rows, tube)
+        object.__setattr__(self, "_reading", reading)
         object.__setattr__(self, "_rows", rows)
-        object.__setattr__(self, "_zero", math.pi if altaz else 0.0)
-        south = self.latitude < 0 and not altaz
-        object.__setattr__(self, "_turn", -math.pi if south else math.pi)
-        object.__setattr__(self, "_across", -math.sin(self.origin_x))
+        object.__setattr__(self, "_tube", tube)
+        object.__setattr__(self, "_bending", bending)
+
+    def _modelled(
+        self, model: "PointingModel", rows: Rows, tube: Tube
+    ) -> "tuple[Rows, Tube, PointingModel | None, Bending | None]":
+        """Add a model to the frame and the tube; what bends stands between the two, what the axes read at the end."""
+        from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
+
+        if model.kind != self.type.kind or abs(model.latitude - self.latitude) > _SAME_SITE:
+            here = f"{self.type.kind} one at latitude {math.degrees(self.latitude):.4f}°"
+            of = f"{model.kind} mount at latitude {math.degrees(model.latitude):.4f}°"
+            raise PointingError(f"a pointing model of an {of}, and this is an {here}: take the model of this one")
+        rigid = rigid_part(model)
+        tube = replace(
+            tube,
+            collimation=self.origin_x + rigid.collimation,
+            skew=rigid.skew,
+            index1=rigid.index1,
+            index2=self.origin_y + rigid.index2,
+            aside=_MODEL,
+        )
+        if rigid.bending is None:
+            rows = _product(_transposed(rigid.tilt), rows)
+        return rows, tube, rigid.reading, rigid.bending
 
     @property
     def origin_distance(self) -> float:
         """Angle between the tube's axis and the pointing origin, radians."""
-        along, up = (
-            math.cos(self.origin_x) * math.cos(self.origin_y),
-            math.cos(self.origin_x) * math.sin(self.origin_y),
-        )
-        return math.atan2(math.hypot(self._across, up), along)
+        along, across = math.cos(self.origin_x), math.sin(self.origin_x)
+        return math.atan2(math.hypot(across, along * math.sin(self.origin_y)), along * math.cos(self.origin_y))
 
     def axes(self, observed: Vector, posture: Posture) -> tuple[float, float]:
         """Mechanical axis angles that bring the pointing origin on an observed direction.
@@ -130,41 +187,32 @@ class Mount:
         Returns
         -------
         tuple[float, float]
-            Radians; axis 1 in normal posture within (−π, π] of its zero, turned by what the origin asks; not wound.
+            Radians; axis 1 in normal posture within (−π, π] of its zero, turned by what origin and model ask; not
+            wound.
 
         Raises
         ------
         Unreachable
-            The direction is nearer to the pole of axis 1 than the origin's x reaches.
+            The direction is nearer to the pole of axis 1 than collimation and the origin's x let the tube come.
         """
-        x, y, z = self._to_mount(observed)
-        axis1, reach = self._zero - math.atan2(y, x), math.hypot(x, y)
-        if self._across:
-            reach = self._reach(reach)
-            turned = math.atan2(self._across, reach)
-            axis1 += turned if posture == "normal" else -turned
-        axis2 = math.atan2(z, reach)
-        if posture == "normal":
-            return axis1, axis2 - self.origin_y
-        return axis1 + math.pi, self._turn - axis2 - self.origin_y
+        place, beyond = self._to_mount(observed), posture == "beyond"
+        if self._bending is not None:
+            place, beyond = self._bending.telescope(place, beyond=beyond)
+        axes = self._tube.axes(place, beyond=beyond)
+        return axes if self._reading is None else self._reading.telescope(*axes)
 
     def observed(self, axis1: float, axis2: float) -> Vector:
         """Observed direction of the pointing origin, horizon frame, at mechanical axis angles; inverse of `axes`."""
-        up = axis2 + self.origin_y
-        lateral = self._zero - axis1
-        cos2, z = math.cos(up), math.sin(up)
-        x = cos2 * math.cos(lateral)
-        y = cos2 * math.sin(lateral)
-        if self._across:
-            along = math.cos(self.origin_x)
-            x, y = along * x - self._across * math.sin(lateral), along * y + self._across * math.cos(lateral)
-            z *= along
+        if self._reading is not None:
+            axis1, axis2 = self._reading.star(axis1, axis2)
+        place = self._tube.direction(axis1, axis2)
+        if self._bending is not None:
+            place = self._bending.star(place, beyond=self._tube.beyond(axis2))
+        x, y, z = place
         (a, b, c), (d, e, f), (g, h, i) = self._rows
         return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
 
-    def axes_and_rates(
-        self, observed: Vector, rate: Vector, posture: Posture
-    ) -> tuple[tuple[float, float], tuple[float, float]]:
+    def axes_and_rates(self, observed: Vector, rate: Vector, posture: Posture) -> AngleRates:
         """Angle and rate of each axis that keep the telescope on a moving direction.
 
         Parameters
@@ -184,72 +232,26 @@ class Mount:
         Unreachable
             As for `axes`.
         """
-        if self._across:
-            return self._off_axis(observed, rate, posture)
-        x, y, z = self._to_mount(observed)
-        vx, vy, vz = self._to_mount(rate)
-        rho2 = x * x + y * y
-        rho = math.sqrt(rho2)
-        axis1 = self._zero - math.atan2(y, x)
-        axis2 = math.atan2(z, rho)
-        if rho < _POLE:
-            rate1, rate2 = 0.0, math.copysign(math.hypot(vx, vy), -z)
-        else:
-            rate1 = (y * vx - x * vy) / rho2
-            rate2 = vz * rho - z * (x * vx + y * vy) / rho
-        if posture == "normal":
-            return (axis1, rate1), (axis2 - self.origin_y, rate2)
-        return (axis1 + math.pi, rate1), (self._turn - axis2 - self.origin_y, -rate2)
-
-    def _off_axis(
-        self, observed: Vector, rate: Vector, posture: Posture
-    ) -> tuple[tuple[float, float], tuple[float, float]]:
-        """`axes_and_rates` with an origin across the tube.
-
-        With ρ² = X² + Y², b_y the origin's component across and c² = ρ² − b_y², axis 1 is that of the tube's axis
-        turned by ±atan2(b_y, c), and axis 2 is ±atan2(Z, c); the rates are their derivatives, with c ċ = ρ ρ̇.
-        """
-        x, y, z = self._to_mount(observed)
-        vx, vy, vz = self._to_mount(rate)
-        rho = math.hypot(x, y)
-        reach = self._reach(rho)
-        outwards = x * vx + y * vy
-        turned, turning = math.atan2(self._across, reach), -self._across * outwards / (rho * rho * reach)
-        axis1, rate1 = self._zero - math.atan2(y, x), (y * vx - x * vy) / (rho * rho)
-        axis2, rate2 = math.atan2(z, reach), (vz * reach - z * outwards / reach) / (reach * reach + z * z)
-        if posture == "normal":
-            return (axis1 + turned, rate1 + turning), (axis2 - self.origin_y, rate2)
-        return (axis1 - turned + math.pi, rate1 - turning), (self._turn - axis2 - self.origin_y, -rate2)
-
-    def _reach(self, rho: float) -> float:
-        """Component along the tube's plane of an origin across it, for a direction `rho` from axis 1.
-
-        Raises
-        ------
-        Unreachable
-            There is none: the origin passes by.
-        """
-        across = abs(self._across)
-        reach2 = (rho - across) * (rho + across)
-        if reach2 < _GRAZING:
-            blind, here = math.degrees(abs(self.origin_x)), math.degrees(math.asin(min(rho, 1.0)))
-            raise Unreachable(
-                f"the place is {here:.4f}° from the pole of axis 1, where a pointing origin {blind:.4f}° beside the "
-                "tube's axis does not come: take another instrument, or wait until the target has passed"
-            )
-        return math.sqrt(reach2)
+        place, motion, beyond = self._to_mount(observed), self._to_mount(rate), posture == "beyond"
+        if self._bending is not None:
+            place, motion, beyond = self._bending.telescope_and_rate(place, motion, beyond=beyond)
+        axes = self._tube.axes_and_rates(place, motion, beyond=beyond)
+        if self._reading is None:
+            return axes
+        (axis1, rate1), (axis2, rate2) = axes
+        (axis1, axis2), (rate1, rate2) = self._reading.telescope_and_rates(
+            axis1, axis2, rate1 * math.cos(axis2), rate2
+        )
+        return (axis1, rate1), (axis2, rate2)
 
     def posture(self, axis2: float) -> Posture:
         """Whether at an axis 2 angle the pointing origin lies in the normal range or beyond the pole."""
-        return "normal" if math.cos(axis2 + self.origin_y) >= 0.0 else "beyond"
+        return POSTURES[self._tube.beyond(axis2)]
 
     def _to_mount(self, v: Vector) -> Vector:
         x, y, z = v
         (a, b, c), (d, e, f), (g, h, i) = self._rows
         return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
-
-
-Rows = tuple[Vector, Vector, Vector]
 
 
 def _rodrigues(x: float, y: float) -> Rows:

@@ -2,25 +2,40 @@
 
 The search goes forward by half the time in which the nearest limit could be reached at the present rates, so that it
 closes in on a limit without passing it.
+
+What is led is stopped earlier, by one rule that the session keeps and every plan foresees. On the target, the place
+where both axes would come to rest must be allowed. On a bridge, which turns by itself in time, it is all of the way
+until both are on the target again: a bridge that leads to a limit is not begun.
 """
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from pointing.errors import TargetError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
 from pointing.limits import Check
 from pointing.path import horizon_check, sun_check
-from pointing.plan import AxisState
+from pointing.plan import AxisState, Leading
 from pointing.sky import SkyFrame
 from pointing.trajectory import Trajectory
 from pointing.vectors import Vector
 
 DAY_S = 86_400.0
-_LEAST_STEP_S, _LARGEST_STEP_S = 0.5, 300.0  # a limit that is passed and left again within the least is not seen
 _CLOSE_S = 0.01
 _SUN_RATE = 8e-5  # rad/s, above the Earth's turn
+
+
+class _Steps(NamedTuple):
+    """Seconds between two looks; a limit that is passed and left again within the least is not seen."""
+
+    least: float
+    largest: float
+
+
+_TRACKED = _Steps(0.5, 300.0)
+_LED = _Steps(0.1, 1.0)  # an axis can turn within seconds
 
 
 def next_limit(trajectory: Trajectory, time: float, span: float = DAY_S) -> tuple[float, Check] | None:
@@ -37,14 +52,33 @@ def next_limit(trajectory: Trajectory, time: float, span: float = DAY_S) -> tupl
     -------
     tuple
         POSIX seconds, and the check that fails from then on; it fails at `time` already where tracking is forbidden.
+        Of a trajectory that is led, when it is stopped for it.
     """
-    clear, due = time, time
-    while due <= time + span:
+    found = forbidden(trajectory, time, time + span)
+    if found is None or trajectory.leading is None:
+        return found
+    moment, check = found
+    begun = trajectory.left(moment - _CLOSE_S)
+    return (moment if begun is None else max(time, begun)), check
+
+
+def forbidden(trajectory: Trajectory, time: float, until: float) -> tuple[float, Check] | None:
+    """The first moment from `time` to `until`, POSIX seconds, at which a trajectory leads where it must not.
+
+    Returns
+    -------
+    tuple
+        POSIX seconds to 0.01 s, and the check that fails; on a bridge that of the place, else of where it would rest.
+    """
+    steps = _TRACKED if trajectory.leading is None else _LED
+    clear = due = time
+    while True:
         looked = _look(trajectory, due)
         if isinstance(looked, Check):
             return _closed_in(trajectory, clear, due, looked)
-        clear, due = due, due + min(max(looked / 2.0, _LEAST_STEP_S), _LARGEST_STEP_S)
-    return None
+        if due >= until:
+            return None
+        clear, due = due, min(until, due + min(max(looked / 2.0, steps.least), steps.largest))
 
 
 def _closed_in(trajectory: Trajectory, clear: float, broken: float, check: Check) -> tuple[float, Check]:
@@ -65,12 +99,23 @@ def _look(trajectory: Trajectory, time: float) -> float | Check:
         state = trajectory.angles(time)
     except (TargetError, Unreachable) as error:  # it has no place, or one where the pointing origin does not come
         return Check("target", ok=False, detail=str(error))
+    if trajectory.leading is not None and trajectory.is_joined(time):
+        state = _at_rest(geometry, trajectory.leading, state)
     frame = geometry.sky.at(Instant.from_posix(time))
     observed = geometry.mount.observed(state[0][0], state[1][0])
     failed = next((check for check in _checks(geometry, frame, observed, state) if not check.ok), None)
     if failed is not None:
         return failed
     return min(*_axis_seconds(geometry, state), _sky_seconds(geometry, frame, observed, state))
+
+
+def _at_rest(geometry: Geometry, leading: Leading, state: AxisState) -> AxisState:
+    """The angles at which the axes would come to rest, with the rates of now."""
+    gearings = [axis.gearing for axis in geometry.axes]
+    counts = [gearing.counts(angle) for gearing, (angle, _) in zip(gearings, state, strict=True)]
+    rates = [rate * gearing.counts_per_radian for gearing, (_, rate) in zip(gearings, state, strict=True)]
+    one, two = geometry.angles(leading.rest((counts[0], counts[1]), (rates[0], rates[1])))
+    return (one, state[0][1]), (two, state[1][1])
 
 
 def _checks(geometry: Geometry, frame: SkyFrame, observed: Vector, state: AxisState) -> tuple[Check, ...]:

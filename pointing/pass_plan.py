@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from pointing.geometry import Geometry
+from pointing.keyhole import lost
 from pointing.limits import Check
 from pointing.mount import POSTURES, Posture
 from pointing.next_limit import next_limit
@@ -37,11 +38,11 @@ class PassPlan:
     joined : float
         POSIX seconds at which both axes go along with it.
     ends : float
-        POSIX seconds at which it leaves what is allowed.
+        POSIX seconds at which it is followed no further, by the rule of `pointing.next_limit`.
     limit : Check, optional
         What forbids to follow it any further; none within two hours.
     lost : tuple of (begin, end)
-        When the drive is too slow for it, POSIX seconds.
+        When the drive is too slow for it and the telescope more than 5″ off, POSIX seconds.
     trajectory : Trajectory
         The way itself.
     """
@@ -103,12 +104,10 @@ def _plans(geometry: Geometry, target: Target, reachable: float, leading: Leadin
 
 
 def planned_pass(trajectory: Trajectory, reachable: float, wait: tuple[float, float]) -> PassPlan:
-    """Follow a trajectory to the limit at which it ends."""
+    """Follow a trajectory to the limit before which it is stopped."""
     target, joined = trajectory.target, trajectory.joined
     begin = max(joined, reachable) if math.isfinite(joined) else reachable
     found = next_limit(trajectory, begin, LONGEST_PASS_S)
     ends, limit = found or (begin + LONGEST_PASS_S, None)
-    lost = trajectory.lost(ends)
-    if lost and lost[-1][1] >= ends:  # a bridge that leads to a limit is not gone: the pass ends where it begins
-        ends, lost = lost[-1][0], lost[:-1]
-    return PassPlan(target.name, reachable, trajectory.posture, wait, begin, ends, limit, lost, trajectory)
+    gaps = lost(trajectory, ends)
+    return PassPlan(target.name, reachable, trajectory.posture, wait, begin, ends, limit, gaps, trajectory)

@@ -58,11 +58,26 @@ class Start:
 class Leading:
     """How a drive can be led along a way, position by position: speed and acceleration of each axis.
 
-    `delay_s` is how long after it was decided the motion can begin.
+    `delay_s` is how long after it was decided the motion can begin, `period_s` how often a position is given and the
+    limits are looked at.
     """
 
     ramps: tuple[Ramps, Ramps]
     delay_s: float = 0.0
+    period_s: float = 0.1
+
+    @property
+    def notice_s(self) -> float:
+        """Seconds that may pass until a stop is in force."""
+        return 2.0 * self.period_s
+
+    def rest(self, counts: tuple[float, float], rates: tuple[float, float]) -> tuple[float, float]:
+        """Counts at which both axes would come to rest if they were stopped now, the notice included."""
+        one, two = (
+            here + rate * self.notice_s + ramps.stopping(rate)
+            for here, rate, ramps in zip(counts, rates, self.ramps, strict=True)
+        )
+        return one, two
 
 
 @dataclass(frozen=True)

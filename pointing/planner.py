@@ -25,7 +25,7 @@ from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
 from pointing.visibility import passes
-from pointing.way_round import way_round
+from pointing.way_round import only_the_sky_bars, way_round
 
 _KEPT_S = 7200.0  # for which a way should keep its target
 _KEPT_STEP_S = 900.0
@@ -336,8 +336,8 @@ class Planner(Geometry):
 
 
 def _is_barred(plan: Plan) -> bool:
-    """Whether only horizon or Sun forbid a plan that can wait, so that another way may lead there."""
-    return plan.trajectory is None and all(check.ok or check.name in {"horizon", "Sun"} for check in plan.checks)
+    """Whether another way may lead there, of a plan that can wait."""
+    return plan.trajectory is None and only_the_sky_bars(plan.checks)
 
 
 def _angles(plan: Plan) -> tuple[float, float]:

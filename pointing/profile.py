@@ -84,6 +84,10 @@ class Ramps:
     max_rate: float
     acceleration: float
 
+    def stopping(self, rate: float) -> float:
+        """Counts in which it comes to rest."""
+        return rate * abs(rate) / (2.0 * self.acceleration)
+
     def meet(self, start: float, start_rate: float, place: float, rate: float) -> Motion | None:
         """The quickest motion that joins a place which moves evenly; None when it is as fast as the axis.
 

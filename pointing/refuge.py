@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
 from pointing.errors import Unreachable
 from pointing.instant import Instant
@@ -48,5 +49,6 @@ def _safe(planner: Planner, time: float, span: float) -> Iterator[tuple[float, f
         limits = planner.limits
         if limits.horizon.margin(place) < 0.0 or any(limits.sun_margin(place, sun) < 0.0 for sun in suns):
             continue
-        for posture in POSTURES:
-            yield from planner.windings(planner.mount.axes(place, posture), (0.0, 0.0))
+        with suppress(Unreachable):  # next to the pole of axis 1, where the tube does not come
+            for posture in POSTURES:
+                yield from planner.windings(planner.mount.axes(place, posture), (0.0, 0.0))

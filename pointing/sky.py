@@ -116,7 +116,7 @@ class SkyFrame:
         self.instant = instant
         self.sky = sky
         self.earth_orientation = orientation = sky.earth_orientation(instant)
-        dut1, xp, yp, _ = orientation
+        dut1, xp, yp, *_ = orientation
         x, y, z, vx, vy, vz, hx, hy, hz, pole_x, pole_y, cio = ephemeris(instant)
         self.years = (instant.day - _J2000 + instant.seconds / DAY) / YEAR_DAYS
         day, seconds = instant.utc()
@@ -231,7 +231,7 @@ class SkyFrame:
 
     def from_teme(self) -> Matrix:
         """Rotation from TEME to the horizon frame: Greenwich mean sidereal time, polar motion, the site."""
-        dut1, xp, yp, _ = self.earth_orientation
+        dut1, xp, yp, *_ = self.earth_orientation
         day, seconds = self.instant.utc()
         angle = _gmst82(day, seconds + dut1)
         s, c = math.sin(angle), math.cos(angle)

@@ -126,8 +126,22 @@ class Trajectory:
         return not waiting and not any(bridge.begin <= time < bridge.end for bridge in self.bridges)
 
     def rejoined(self, time: float) -> float:
-        """When both axes are on the target again, POSIX seconds; the time itself where they are."""
-        return max((each.end for each in self.bridges if each.begin <= time < each.end), default=time)
+        """When both axes are on the target again, POSIX seconds; the time itself where they are.
+
+        A bridge that an axis begins while the other one is on its own belongs to the same gap.
+        """
+        self.extend(time)
+        while ends := [each.end for each in self.bridges if each.begin <= time < each.end]:
+            time = max(ends)
+            self.extend(time)
+        return time
+
+    def left(self, time: float) -> float | None:
+        """When the gap began in which a time is, POSIX seconds; None where both axes are on the target then."""
+        begun = None
+        while begins := [each.begin for each in self.bridges if each.begin < time <= each.end]:
+            begun = time = min(begins)
+        return begun
 
     @property
     def joined(self) -> float:
@@ -143,8 +157,8 @@ class Trajectory:
             found[bridge.axis] += map(self.geometry.axes[bridge.axis].gearing.angle, bridge.motion.extremes)
         return (min(found[0]), max(found[0])), (min(found[1]), max(found[1]))
 
-    def lost(self, until: float) -> tuple[tuple[float, float], ...]:
-        """When an axis is off the target again, after both had joined it and before `until`: (begin, end) each."""
+    def gaps(self, until: float) -> tuple[tuple[float, float], ...]:
+        """When an axis is on a bridge, after both had joined the target and before `until`: (begin, end) each."""
         self.extend(until)
         gaps: list[tuple[float, float]] = []
         for bridge in sorted(self.bridges, key=lambda each: each.begin):

@@ -6,10 +6,31 @@ from pathlib import Path
 
 from clockdrive.configuration_file import markdown_table as configuration_keys
 from mounts.tc410.registers import REGISTERS, Register
+from pointing.model.terms import NAMED, Term
 from scripts.sections import CHECKOUT, markdown_table, write_section
 
 DOCS = CHECKOUT / "docs"
 KINDS = {"coil": "Coils", "discrete": "Discrete inputs", "input": "Input registers", "holding": "Holding registers"}
+
+# First order of each result: (coordinate, sign, function of the place), for a coefficient that moves positively.
+FIRST_ORDER = {
+    "H": (("Δh", 1, ""),),
+    "D": (("Δδ", 1, ""),),
+    "X": (("Δh", 1, "sec δ"),),
+    "P": (("Δh", 1, "tan δ"),),
+    "L": (("Δh", -1, "cos h tan δ"), ("Δδ", 1, "sin h")),
+    "U": (("Δh", 1, "sin h tan δ"), ("Δδ", 1, "cos h")),
+    "Z": (("ΔZ", 1, ""),),
+    "A": (("ΔA", 1, ""),),
+    "E": (("ΔE", 1, ""),),
+    "S": (("ΔA", 1, "sec E"),),
+    "V": (("ΔA", 1, "tan E"),),
+    "N": (("ΔA", -1, "sin A tan E"), ("ΔE", -1, "cos A")),
+    "W": (("ΔA", -1, "cos A tan E"), ("ΔE", 1, "sin A")),
+    "NRX": (("ΔA", -1, ""), ("ΔE", -1, "sin E")),
+    "NRY": (("ΔA", -1, "tan E"), ("ΔE", 1, "cos E")),
+}
+LETTERS = {"H": "h", "D": "δ", "A": "Aₛ"}
 
 
 def registers() -> str:
@@ -31,9 +52,43 @@ def row(register: Register) -> tuple[str, ...]:
     return address, f"`{register.name}`", register.access, register.unit, saved, meaning
 
 
+def pointing_terms() -> str:
+    """Return the named terms of pointing models."""
+    rows = [
+        (f"`{each.name}`", formula(each), each.sentence, ", ".join(each.mounts), evidence(each)) for each in NAMED
+    ]
+    return markdown_table(("term", "to first order", "what it is", "mounts", "evidence"), rows)
+
+
+def formula(each: Term) -> str:
+    """What a term adds to the telescope's place, to first order."""
+    sign = round(each.sign * each.moves.sign)
+    amount = " ".join((each.name, *map(written, each.factors)))
+    return ", ".join(
+        f"{coordinate} = {'−' if sign * of < 0 else ''}{amount} {function}".rstrip()
+        for coordinate, of, function in FIRST_ORDER[each.result]
+    )
+
+
+def written(factor: object) -> str:
+    """A factor with the letters of the formulas: a function of H is one of h."""
+    function, _, angle = str(getattr(factor, "text", factor)).rpartition(" ")
+    number, letter = angle[:-1], angle[-1]
+    return f"{function} {number}{LETTERS.get(letter, letter)}"
+
+
+def evidence(each: Term) -> str:
+    """Where a published fit confirms a term, and where none does."""
+    found = {kind: each.evidence(kind) for kind in each.mounts}
+    if len(set(found.values())) == 1:
+        return found[each.mounts[0]]
+    return ", ".join(f"{kind}: {text}" for kind, text in found.items())
+
+
 TABLES: dict[tuple[Path, str], Callable[[], str]] = {
     (DOCS / "tc410.md", "registers"): registers,
     (DOCS / "configuration.md", "keys"): configuration_keys,
+    (DOCS / "pointing-models.md", "terms"): pointing_terms,
 }
 
 

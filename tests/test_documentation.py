@@ -1,16 +1,21 @@
 """The pages say what the code does: tables are those the code reads, and examples work."""
 
+import os
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib as mpl
+import numpy as np
 import pytest
+from simulated_runs import TRUTH, simulated_run
 
 from clockdrive.cli.parser import parser
 from clockdrive.configuration import load
 from clockdrive.parse import shielded
+from pointing.model.tpoint_file import write_tpoint
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").rglob("*.md")])
@@ -32,6 +37,15 @@ def blocks(language: str) -> list[pytest.param]:
 def test_the_tables_of_the_pages_are_those_of_the_code():
     command = [sys.executable, "-m", "scripts.docs_tables", "--check"]
     run = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, check=False, timeout=60)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_the_published_fits_of_the_page_are_those_measured(shared):
+    command = [sys.executable, "-m", "scripts.published_fits", "--check"]
+    environment = {**os.environ, "CLOCKDRIVE_SHARED": str(shared.resolve())}
+    run = subprocess.run(
+        command, cwd=CHECKOUT, env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
     assert run.returncode == 0, run.stdout + run.stderr
 
 
@@ -58,6 +72,22 @@ def test_the_examples_of_the_python_page_run_in_their_order(tmp_path, monkeypatc
     assert "horizon" in str(names["told"])
     assert names["owner"] is None
     assert 0.0 <= names["azimuth"] <= 360.0
+
+
+def test_the_examples_of_the_page_on_pointing_models_run_in_their_order(tmp_path, monkeypatch):
+    import matplotlib.pyplot as plt
+
+    mpl.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    write_tpoint(simulated_run("fork", 40.0, TRUTH["fork"], 40, np.random.default_rng(1)).run, tmp_path / "run.dat")
+    page = (CHECKOUT / "docs" / "pointing-models.md").read_text(encoding="utf-8")
+    names: dict[str, object] = {}
+    for block in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL):
+        exec(compile(block, "docs/pointing-models.md", "exec"), names)  # noqa: S102 - our own page
+    plt.close("all")
+    assert (tmp_path / "model.mod").read_text(encoding="utf-8").startswith("Pointing run")
+    assert len(names["table"]) == 40
+    assert 0.0 < names["place"].sigma.to_value("arcsec") < 5.0
 
 
 def command_lines() -> list[pytest.param]:

@@ -12,6 +12,7 @@ from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
+from clockdrive.cli.fit_command import fit, model
 from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
@@ -342,6 +343,7 @@ COMMANDS: dict[str, Command] = {
     "commission": commission,
     "config": config,
     "drive": drive,
+    "fit": fit,
     "flip": flip,
     "goto": goto,
     "guide": guide,
@@ -350,6 +352,7 @@ COMMANDS: dict[str, Command] = {
     "init": init,
     "instrument": instrument,
     "jog": jog,
+    "model": model,
     "offset": offset,
     "park": go,
     "passes": passes,

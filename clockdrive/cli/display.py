@@ -191,6 +191,7 @@ def plan_text(answer: Mapping[str, Any]) -> str:
     lines += [f"  {_axis(axis)}" for axis in answer["axes"]]
     lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
     lines += [f"  {line}" for line in (*_pass_lines(answer.get("pass")), *_limit_lines(answer.get("next_limit")))]
+    lines += [f"  {line}" for line in _budget_lines(answer.get("budget"))]
     lines += _notes(answer)
     return "\n".join(lines)
 
@@ -221,6 +222,17 @@ def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:
 
 def _limit_lines(found: Mapping[str, Any] | None) -> list[str]:
     return [f"next limit at {found['utc']}: {found['detail']}"] if found else []
+
+
+def _budget_lines(found: Mapping[str, Any] | None) -> list[str]:
+    """The total, and what makes up more than a tenth of it."""
+    if not found:
+        return []
+    total = found["total_arcsec"]
+    known = [each for each in found["sources"] if each["arcsec"] is not None and each["arcsec"] > total / 10.0]
+    parts = [f"{each['name']} {each['arcsec']:.2f}″" for each in sorted(known, key=lambda each: -each["arcsec"])]
+    parts += [f"not known: {', '.join(found['unknown'])}"] if found["unknown"] else []
+    return [f"error budget {total:.2f}″: {'; '.join((', '.join(parts[: len(known)]), *parts[len(known) :]))}"]
 
 
 def rates_text(answer: Mapping[str, Any]) -> str:

@@ -6,6 +6,7 @@ from importlib import metadata
 
 from clockdrive.cli.commission_command import add_commission
 from clockdrive.cli.drive_command import add_drive
+from clockdrive.cli.fit_command import add_fit
 from clockdrive.configuration_keys import DRIVE_KINDS
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
@@ -37,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     _moving(add, add_with_target)
     _correcting(add, add_with_target)
     _guiding(add)
+    add_fit(add)
     _serving(add)
     _around(add)
     return root

@@ -19,7 +19,7 @@ from mounts.tc410.carried import Carried, by_law, by_velocity
 from mounts.tc410.direct import DirectSpeed, Guardian
 from mounts.tc410.encoders import Encoders
 from mounts.tc410.landing import Landing
-from mounts.tc410.leading import leading_of
+from mounts.tc410.leading import PERIOD_S, leading_of
 from mounts.tc410.look import Look
 from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, Register, by_name
 from mounts.tc410.settings import TC410Settings
@@ -40,7 +40,6 @@ _SLEW, _REMOTE, _TRACK = (
 _STANDBY_STEPS = 2.0  # full steps by which a motor may settle when its power comes back
 _UNSEEN_S = 2.5  # without a look, in which the motors may have lost their power and have it back
 _TRACKING = Pace(period_s=1.0, beat_s=2.0, catch_up=200.0)  # 200 counts/s: 3′ a second in the manual's gearing
-_LED_PERIOD_S = 0.1  # between two commands of an axis that is led, where the link is quick enough
 _LED_BEATS = 3.0  # periods over which an error is closed while led
 _LED_CATCH_UP = 0.1  # of the top speed
 _LED_PACE = 1.3  # periods are longer than a cycle of exchanges by this
@@ -566,7 +565,7 @@ class TC410:
     def _led_pace(self) -> Pace:
         """As often as the link carries a look and two velocities."""
         cycle = self._unit.burst_s(_CYCLE_EXCHANGES, _CYCLE_CHARACTERS)
-        period = max(_LED_PERIOD_S, _LED_PACE * cycle)
+        period = max(PERIOD_S, _LED_PACE * cycle)
         return Pace(period, _LED_BEATS * period, _LED_CATCH_UP * min(model.max_rate for model in self.slew_models))
 
     def _change_source(self, source: int, register: str, tracked: tuple[TrackedAxis, TrackedAxis]) -> None:
@@ -593,7 +592,7 @@ class TC410:
     @property
     def leading(self) -> Leading:
         """What `follow` can lead the axes along."""
-        return leading_of(self.slew_models)
+        return leading_of(self.slew_models, self._led_pace().period_s)
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Write both positions and read them back; tracking goes on from there.

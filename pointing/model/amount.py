@@ -105,8 +105,9 @@ Factors = tuple[Factor | OwnFunction | Beyond, ...]
 
 
 def amount(factors: Factors, place: Place) -> Angle:
-    """Product of the factors, one if there are none, with its gradient."""
-    return reduce(_times, (factor(place) for factor in factors))
+    """Product of the factors, with its gradient."""
+    first = factors[0](place)
+    return first if len(factors) == 1 else reduce(_times, (factor(place) for factor in factors[1:]), first)
 
 
 def largest(factors: Factors) -> float:

@@ -1,8 +1,9 @@
 """Residuals of a run against a model, and their derivatives, block by block.
 
-An observation's residual is star minus prediction as a vector on the sky, at the predicted place: dX along increasing
-axis 1, dY along increasing axis 2, both mechanical. Its square summed over a run is what a fit minimises, and the
-model's Jacobian gives its exact derivatives. Blocks keep the memory constant, whatever the size of the run.
+An observation's residual is star minus prediction as a vector on the sky, at the predicted place: dX = cos lat · Δlon
+and dY = Δlat, both mechanical, thus in the frame of the tube: beyond the pole cos lat is negative, and both point the
+other way on the sky. The square summed over a run is what a fit minimises, and the model's Jacobian gives its exact
+derivatives. Blocks keep the memory constant, whatever the size of the run.
 """
 
 from collections.abc import Iterator

@@ -28,7 +28,8 @@ Array = NDArray[np.float64]
 
 _PART = 1500  # observations of a long run that give the start
 _SETTLED = 1e-10  # rad; a change of coefficients below 2e-5″ is none
-_ROUNDS = 30
+_WORSE = 1.0 + 1e-9  # growth of the sum of squares that is more than rounding
+_ROUNDS = 60
 _ROBUST_ROUNDS = 30
 
 
@@ -166,34 +167,54 @@ def _gauss_newton(
 ) -> tuple[PointingModel, NormalEquations, float]:
     """Return the settled model, its normal equations and by how much a round brings it nearer.
 
-    The square of the equations is that of the residuals of the returned model.
+    The square of the equations is that of the residuals of the returned model. Where terms are hardly told apart, the
+    valley they lie in is bent, and whole steps leap from side to side of it: these are damped (Levenberg 1944).
     """
     listed = [each for each, is_free in zip(model.terms, free, strict=True) if is_free]
-    previous = math.inf
+    base, change = np.array(model.coefficients), np.zeros(len(listed))
+    largest, least, damping, settled = math.inf, math.inf, 0.0, NormalEquations.empty(len(listed))
     for _ in range(_ROUNDS):
-        equations = NormalEquations.empty(len(listed))
-        for block in blocks(run, model):
-            equations = equations.added(block.residual, block.design[:, :, free], weight[block.where])
-        shares = equations.inseparable()
-        if shares is not None:
-            refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
-        change = equations.solution()
-        coefficients = np.array(model.coefficients)
-        coefficients[free] += change
-        _refuse_nonsense(listed, coefficients[free])
-        model = model.with_coefficients(coefficients.tolist())
-        largest = float(np.max(np.abs(change), initial=0.0))
-        if math.isfinite(previous) and previous > 0.0:
-            contraction = min(contraction, largest / previous)
-        if largest * contraction < _SETTLED:
-            left = max(equations.square - float(change @ equations.right), 0.0)
-            return model, replace(equations, square=left), contraction
-        previous = largest
+        equations = _gathered(run, model, free, weight)
+        if equations.square > least * _WORSE:
+            damping = settled.next_damping(damping)
+            change = settled.solution(damping)
+        else:
+            shares = equations.inseparable()
+            if shares is not None:
+                refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
+            base, least, settled = np.array(model.coefficients), equations.square, equations
+            before, change, previous = change, equations.solution(damping), largest
+            if equations.reverses(before, change):
+                damping = equations.next_damping(damping)
+                change = equations.solution(damping)
+            _refuse_nonsense(listed, base[free] + change)
+            largest = float(np.max(np.abs(change), initial=0.0))
+            if math.isfinite(previous) and previous > 0.0:
+                contraction = min(contraction, largest / previous)
+            if largest * contraction < _SETTLED:
+                left = max(equations.square - float(change @ equations.right), 0.0)
+                return _moved(model, base, free, change), replace(equations, square=left), contraction
+        model = _moved(model, base, free, change)
     raise PointingError(
         f"the fit does not settle: after {_ROUNDS} rounds a coefficient still changes by "
         f"{math.degrees(largest) * 3600.0:.3g}″; look at the residuals of a fit of the index errors alone for "
         "observations that do not belong, or fit fewer terms"
     )
+
+
+def _gathered(run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array) -> NormalEquations:
+    """The normal equations of the free terms at a model."""
+    equations = NormalEquations.empty(int(free.sum()))
+    for block in blocks(run, model):
+        equations = equations.added(block.residual, block.design[:, :, free], weight[block.where])
+    return equations
+
+
+def _moved(model: PointingModel, base: Array, free: NDArray[np.bool_], change: Array) -> PointingModel:
+    """The model with its free coefficients changed from `base`."""
+    coefficients = base.copy()
+    coefficients[free] += change
+    return model.with_coefficients(coefficients.tolist())
 
 
 def _refuse_nonsense(listed: Sequence[Term], coefficients: Array) -> None:

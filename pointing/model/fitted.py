@@ -1,8 +1,16 @@
-"""What a fit gives: coefficients with their uncertainty, residuals, and TPOINT's and ordinary statistics."""
+"""What a fit gives: coefficients with their uncertainty, residuals, and TPOINT's and ordinary statistics.
+
+Tables, maps, advice and plots are made by modules of their own, loaded when they are first asked for.
+"""
+
+# The methods that hand over import where they are called: astropy and matplotlib are not needed for a fit.
+# ruff: noqa: PLC0415
 
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +22,14 @@ from pointing.model.outliers import Outlier
 from pointing.model.pointing_model import PointingModel
 from pointing.model.prediction import Prediction
 from pointing.model.run import PointingRun
+
+if TYPE_CHECKING:
+    from astropy.table import QTable
+
+    from pointing.model.error_map import ErrorMap
+    from pointing.model.polar_alignment import AxisTilt, PolarAlignment, Pole
+    from pointing.model.predicted_place import PredictedPlace
+    from pointing.site import Weather
 
 Array = NDArray[np.float64]
 
@@ -169,3 +185,86 @@ class Fit:
             Radians: what the coefficients' uncertainty leaves. `pointing.model.prediction` says what it covers.
         """
         return self.prediction.sigma(lon, lat, observation=observation)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to beware of, a sentence each."""
+        from pointing.model.summary import warnings
+
+        return warnings(self)
+
+    def __repr__(self) -> str:
+        from pointing.model.summary import text
+
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        from pointing.model.summary import html
+
+        return html(self)
+
+    def residual_table(self) -> "QTable":
+        """Return one row an observation, with units; `pointing.model.residual_table` says what columns it has."""
+        from pointing.model.residual_table import residual_table
+
+        return residual_table(self)
+
+    def write_residuals(self, path: str | Path) -> None:
+        """Write the residual table as ECSV."""
+        from pointing.model.residual_table import write_residuals
+
+        write_residuals(self, path)
+
+    def predict(self, first: Any, second: Any = None, *, beyond: bool = False) -> "PredictedPlace":  # noqa: ANN401
+        """Predict the telescope's angles for observed places, with units; see `pointing.model.predicted_place`.
+
+        Raises
+        ------
+        PointingError
+            As there.
+        """
+        from pointing.model.predicted_place import predict
+
+        return predict(self, first, second, beyond=beyond)
+
+    def error_map(self, step_deg: float = 5.0, lowest_deg: float = 15.0) -> "ErrorMap":
+        """Return the standard deviation of the model's places over the sky; see `pointing.model.error_map`.
+
+        Raises
+        ------
+        PointingError
+            As there.
+        """
+        from pointing.model.error_map import error_map
+
+        return error_map(self, step_deg, lowest_deg)
+
+    def polar_alignment(self, pole: "Pole" = "true", weather: "Weather | None" = None) -> "PolarAlignment | AxisTilt":
+        """Return what to turn so that axis 1 points where it should; see `pointing.model.polar_alignment`.
+
+        Raises
+        ------
+        PointingError
+            As there.
+        """
+        from pointing.model.polar_alignment import polar_alignment
+
+        return polar_alignment(self, pole, weather)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as a TPOINT model file."""
+        from pointing.model.saved_model import save
+
+        save(self, path)
+
+    def plot_residuals(self, axes: Any = None) -> Any:  # noqa: ANN401 - matplotlib's axes
+        """Draw the nine panels of residuals; needs matplotlib. `pointing.model.plots` has more drawings.
+
+        Raises
+        ------
+        PointingError
+            matplotlib is not installed.
+        """
+        from pointing.model.plots import plot_panels
+
+        return plot_panels(self, axes)

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+T = TypeVar("T")
 Real = Any  # float or numpy.ndarray of float64: every formula of this package takes both
 
 
@@ -68,3 +69,16 @@ ARRAY = Functions(
 def functions_of(value: Real) -> Functions:
     """Return the functions that take this value."""
     return ARRAY if isinstance(value, np.ndarray) else SCALAR
+
+
+class once(Generic[T]):  # noqa: N801 - a decorator
+    """A property computed when it is first asked for; `functools.cached_property` takes a lock in Python 3.11."""
+
+    def __init__(self, function: Callable[[Any], T]) -> None:
+        self._function = function
+        self._name = function.__name__
+        self.__doc__ = function.__doc__
+
+    def __get__(self, instance: object, owner: type | None = None) -> T:
+        value = instance.__dict__[self._name] = self._function(instance)
+        return value

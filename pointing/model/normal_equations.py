@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-10  # smallest eigenvalue of the scaled normal matrix, against the largest, that still tells terms apart
+_HARDER = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +100,24 @@ class NormalEquations:
         values, vectors = self._eigen
         return np.asarray((vectors / values) @ vectors.T / np.outer(self.scale, self.scale))
 
-    def solution(self) -> Array:
-        """Return the coefficients' change, radians."""
-        return np.asarray(self.inverse @ self.right)
+    def solution(self, damping: float = 0.0) -> Array:
+        """Return the coefficients' change, radians.
+
+        Parameters
+        ----------
+        damping : float
+            Added to the eigenvalues of the scaled matrix, so that what is seen badly changes less.
+        """
+        if damping == 0.0:
+            return np.asarray(self.inverse @ self.right)
+        values, vectors = self._eigen
+        return np.asarray(vectors @ ((vectors.T @ (self.right / self.scale)) / (values + damping)) / self.scale)
+
+    def next_damping(self, damping: float) -> float:
+        """Return a damping that is felt by what is seen worst, or more than the present one."""
+        return max(_HARDER * damping, float(self._eigen[0][0]))
+
+    def reverses(self, before: Array, change: Array) -> bool:
+        """Whether a change takes back more than half of the one before, both scaled."""
+        one, other = before * self.scale, change * self.scale
+        return bool(one @ other < -0.5 * (one @ one))

@@ -155,3 +155,8 @@ def _tested(fit: "Fit", good: NDArray[np.bool_]) -> tuple[Array, Array]:
     variance = np.maximum(rest, 1e-30) / np.maximum(freedom, 1.0)
     t2 = square / variance
     return t2, np.asarray(chance_so_far_off(t2, np.maximum(freedom, 1.0)))
+
+
+def sigmas_off(fit: "Fit") -> Array:
+    """How far each observation is from where the others predict it, in units of its standard deviation: (n,)."""
+    return np.sqrt(_tested(fit, fit.weight > 0.0)[0])

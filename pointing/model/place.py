@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from pointing.model.functions import Real, functions_of
+from pointing.model.functions import Real, functions_of, once
 
 MountKind = Literal["equatorial", "altazimuth"]
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
@@ -67,17 +67,17 @@ class Place:
         self.lon, self.lat = lon, lat
         self.sin_lat, self.cos_lat = f.sin(lat), f.cos(lat)
 
-    @cached_property
+    @once
     def sin_lon(self) -> Real:
         """Sin lon."""
         return self.functions.sin(self.lon)
 
-    @cached_property
+    @once
     def cos_lon(self) -> Real:
         """Cos lon."""
         return self.functions.cos(self.lon)
 
-    @cached_property
+    @once
     def _other(self) -> tuple[Real, Real, Real, Real]:
         """Components of the place about the other pole (x towards the own pole, y, z), and sin ζ."""
         sin, cos = self.frame.sin, self.frame.cos
@@ -96,8 +96,8 @@ class Place:
         """Sin ζ."""
         return self._other[3]
 
-    @cached_property
-    def _zeta_gradient(self) -> tuple[Real, Real]:
+    @once
+    def zeta_gradient(self) -> tuple[Real, Real]:
         """(∂ζ/∂lon, ∂ζ/∂lat)."""
         sin, cos = self.frame.sin, self.frame.cos
         along = self.cos_lat * sin - self.sin_lat * self.cos_lon * cos
@@ -124,7 +124,7 @@ def _own_lat(place: Place) -> Angle:
 
 
 def _zeta(place: Place) -> Angle:
-    return place.functions.atan2(place.sin_zeta, place.cos_zeta), *place._zeta_gradient  # noqa: SLF001
+    return place.functions.atan2(place.sin_zeta, place.cos_zeta), *place.zeta_gradient
 
 
 def _from_other_equator(place: Place) -> Angle:

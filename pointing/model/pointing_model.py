@@ -28,6 +28,9 @@ from pointing.model.place import Frame, MountKind, Place
 from pointing.model.terms import Term, refuse_twice, terms
 from pointing.model.undo import undone
 
+_NEWTON_ROUNDS = 6
+_LAST_STEP = 3e-7  # rad; what a Newton step leaves is its square, times a coefficient and its frequency squared
+
 
 @dataclass(frozen=True)
 class Jacobian:
@@ -122,6 +125,12 @@ class PointingModel:
         listed = enumerate(zip(self.terms, self.coefficients, strict=True))
         return tuple(sorted(((i, *pair) for i, pair in listed), key=lambda three: three[1].rank))
 
+    @cached_property
+    def _last_step2(self) -> float:
+        """Square of a Newton step, in units of cos lat, after which no other counts."""
+        numbers = (getattr(factor, "number", 1) for each in self.terms for factor in each.factors)
+        return (_LAST_STEP / max(numbers, default=1)) ** 2
+
     def star(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates of the star on which the telescope points, radians, floats or arrays."""
         for _, each, coefficient in self._sequence:
@@ -180,12 +189,36 @@ class PointingModel:
             No place of the telescope points on the star (floats only): it is in the blind spot that a term leaves,
             as collimation and non-perpendicularity do about the pole of axis 1. Names the term.
         """
+        if isinstance(lat, float) and (found := self._newton(lon, lat)) is not None:
+            return found[0]
         for _, each, coefficient in reversed(self._sequence):
             if coefficient:
                 lon, lat = undone(self.frame, each, coefficient, lon, lat)
                 if isinstance(lat, float) and not math.isfinite(lat):
                     _refuse_blind_spot(each, coefficient)
         return lon, lat
+
+    def _newton(self, lon: float, lat: float) -> tuple[tuple[float, float], tuple[float, float, float, float]] | None:
+        """Solve for the telescope by Newton's method; with the derivatives there, `Jacobian.along`.
+
+        Each step squares the error, so the derivatives are those of the place to as much as the last step was. None
+        where it does not settle on this side of the pole of axis 1: there the terms are undone one by one.
+        """
+        first = self.star(lon, lat)
+        at, up = 2.0 * lon - first[0], 2.0 * lat - first[1]
+        for _ in range(_NEWTON_ROUNDS):
+            star_lon, star_lat, jacobian = self.star_and_jacobian(at, up)
+            a, b, c, d = jacobian.along
+            determinant = a * d - b * c
+            if not determinant:
+                return None
+            off1, off2 = math.cos(star_lat) * (lon - star_lon), lat - star_lat
+            step1, step2 = (d * off1 - b * off2) / determinant, (a * off2 - c * off1) / determinant
+            cosine = math.cos(up)
+            at, up = at + step1 / cosine, up + step2
+            if step1 * step1 + step2 * step2 < self._last_step2 * cosine * cosine:
+                return ((at, up), jacobian.along) if cosine * math.cos(lat) > 0.0 else None
+        return None
 
     def telescope_and_rates(
         self, lon: float, lat: float, lon_rate: float, lat_rate: float
@@ -209,12 +242,20 @@ class PointingModel:
         Unreachable
             As for `telescope`.
         """
-        lon, lat = self.telescope(lon, lat)
-        _, _, jacobian = self.star_and_jacobian(lon, lat)
-        a, b, c, d = jacobian.along
+        (lon, lat), (across, upwards) = self.telescope_and_motion(lon, lat, lon_rate, lat_rate)
+        return (lon, lat), (across / math.cos(lat), upwards)
+
+    def telescope_and_motion(
+        self, lon: float, lat: float, lon_rate: float, lat_rate: float
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """As `telescope_and_rates`, with the telescope's motion on the sky: (cos lat · dlon/dt, dlat/dt)."""
+        found = self._newton(lon, lat)
+        if found is None:
+            lon, lat = self.telescope(lon, lat)
+            found = (lon, lat), self.star_and_jacobian(lon, lat)[2].along
+        place, (a, b, c, d) = found
         determinant = a * d - b * c
-        across = (d * lon_rate - b * lat_rate) / determinant
-        return (lon, lat), (across / math.cos(lat), (a * lat_rate - c * lon_rate) / determinant)
+        return place, ((d * lon_rate - b * lat_rate) / determinant, (a * lat_rate - c * lon_rate) / determinant)
 
 
 def _refuse_blind_spot(term: Term, coefficient: float) -> NoReturn:

@@ -185,7 +185,7 @@ def _vertical(place: Place, amount: Real) -> Step:
     x, y, z = a * c * cp - b * place.frame.cos, a * c * sp, a * s - b * place.frame.sin
     side = f.copysign(1.0, c)
     new = side * f.hypot(x, y)
-    _, z_lon, z_lat = place.angle("Z")
+    z_lon, z_lat = place.zeta_gradient
     b_z, b_amount = -b * cos_z / sin_z, cg / sin_z
     a_z, a_amount = b_z * cos_z - b * sin_z, b_amount * cos_z - sg
 

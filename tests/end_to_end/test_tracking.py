@@ -8,6 +8,7 @@ import math
 import os
 import random
 import re
+from datetime import datetime
 
 import pytest
 from orbit import Overhead
@@ -15,13 +16,15 @@ from telescope_bench import ARCSEC_PER_COUNT, Witness, star_at, telescope
 
 from clockdrive.errors import Refused
 from pointing.errors import Unreachable
+from pointing.keyhole import lost
 from pointing.solar_system import SolarSystemBody
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 STAR_H = 8.0 if FULL else 0.2
 MOON_H = 2.0 if FULL else 0.1
-PASSES = 1000 if FULL else 4
+PASSES = range(1000) if FULL else (0, 133, 2, 36)  # 36 and 133 stay near the target on much of a bridge
 KINDS = ("altaz-fork", "equatorial-fork", "german")
+OFF_ARCSEC = 5.0  # what the plan counts as lost
 LIMIT = re.compile(r"altitude|axis\d|hour angle|Sun|not up yet|runs away")
 BAUD = pytest.mark.parametrize("baud", [0, 9600])
 
@@ -84,12 +87,17 @@ class Pass:
             self.left += not self._inside(planner, (one, two), now)
             if scope._session.doing == "tracking":
                 self.errors.append((now, self.witness.on_sky_arcsec(target, counts, now)))
-        self.lost = ways.lost(scope.clock.now())
+        self.ended = scope.clock.now()
+        self.lost = lost(ways, self.ended)
         self.trouble = scope._session.trouble
 
     def _inside(self, planner, angles, time):
         """Whether the true axes are within every limit: of each axis to the count, of horizon and Sun."""
         return all(check.ok for check in planner.standing(angles, time))
+
+    def late(self, planned):
+        """Seconds from the end that a plan told to the real one."""
+        return self.ended - datetime.fromisoformat(planned["pass"]["ends_utc"]).timestamp()
 
     def near_a_gap(self, time, margin):
         return any(begin - margin <= time <= end + margin for begin, end in self.lost)
@@ -118,9 +126,11 @@ def test_a_satellite_is_followed_outside_the_keyhole_and_lost_in_it_as_predicted
     told = [(round(gap["seconds"], 2)) for gap in ahead["pass"]["lost"]]
     print(
         f"{kind}, {baud or 'no'} baud, {miss_deg}°: RMS {rms:.2f}″, worst {worst:.2f}″ outside the keyhole {gaps}, "
-        f"planned {told} s; arrival {seen.arrival['arrival_error_arcsec']:.1f}″ off; {seen.trouble}"
+        f"planned {told} s; over {seen.late(ahead):+.2f} s after the plan's end; "
+        f"arrival {seen.arrival['arrival_error_arcsec']:.1f}″ off; {seen.trouble}"
     )
     assert seen.left == 0
+    assert abs(seen.late(ahead)) <= 1.0
     assert len(told) == len(gaps)
     slack = 3.0 if baud else 1.0  # at 9600 baud three commands a second, in place of ten
     assert baud or worst <= 5.0
@@ -129,19 +139,44 @@ def test_a_satellite_is_followed_outside_the_keyhole_and_lost_in_it_as_predicted
         assert abs(off[-1] - seen.lost[-1][1]) <= slack
 
 
+@pytest.fixture
+def trees(tmp_path):
+    """A horizon of trees."""
+    path = tmp_path / "trees.csv"
+    path.write_text("azimuth_deg,altitude_deg\n0,12\n70,25\n130,10\n200,30\n290,15\n", encoding="utf-8")
+    return str(path)
+
+
+def test_the_place_where_a_pass_is_waited_for_is_gone_to_round_the_trees(trees, tmp_path):
+    with telescope(tmp_path / "state", mount__type="altaz-fork", limits__horizon=trees) as scope:
+        target = Overhead(scope.clock.now() + 460.0, 5.73, 0.0, 1800.0)
+        wait = scope.plan(target)["pass"]["wait"]
+        angles = math.radians(wait["axis1"]["angle_deg"]), math.radians(wait["axis2"]["angle_deg"])
+        session = scope._session
+        with pytest.raises(Unreachable, match="below the horizon limit"):
+            session.planner.plan_axes("straight", angles, session.start(), session.timing())
+        assert scope.goto(target)["slews"] == 1
+        assert session.doing == "tracking"
+
+
 @pytest.mark.campaign
 @pytest.mark.timeout(36000)
 @pytest.mark.parametrize("part", range(4))
-def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
-    """1000 of them in full: heights 300 to 2000 km, any direction, all mounts, with a horizon of trees."""
-    trees = tmp_path / "trees.csv"
-    trees.write_text("azimuth_deg,altitude_deg\n0,12\n70,25\n130,10\n200,30\n290,15\n", encoding="utf-8")
+def test_random_passes_cross_no_limit_and_lose_what_was_planned(trees, tmp_path, part):
+    """1000 of them in full: heights 300 to 2000 km, any direction, all mounts, with a horizon of trees.
+
+    Lost is what the plan says it counts: the time in which the tube, by the unit's own positions, looks more than 5″
+    beside the target. An axis leaves the target's way up to two seconds before that shows, so neither the bridges nor
+    another bound would measure the same. Time after the end is no part of the pass, and not lost: that the telescope
+    stops when the plan says so is measured by itself. It never stops on a bridge: one that leads to a limit is not
+    begun, and the plan ends there.
+    """
     followed, refusals, wrong = 0, [], []
-    worst_lost = worst = 0.0
-    for k in range(part, PASSES, 4):
+    worst_lost = worst_end = worst = 0.0
+    for k in PASSES[part::4]:
         kind = KINDS[k % len(KINDS)]
         chance = random.Random(k)  # noqa: S311 - nothing secret
-        with telescope(tmp_path / str(k), mount__type=kind, limits__horizon=str(trees)) as scope:
+        with telescope(tmp_path / str(k), mount__type=kind, limits__horizon=trees) as scope:
             target = Overhead(
                 scope.clock.now() + 500.0,
                 chance.uniform(0.0, math.tau),
@@ -156,18 +191,21 @@ def test_random_passes_cross_no_limit_and_lose_what_was_planned(tmp_path, part):
                 continue
         followed += 1
         told = planned["pass"]["lost_s"]
-        off = sum(0.173 for time, error in seen.errors if time > seen.joined + 2.0 and error > 20.0)
+        late = seen.late(planned)
+        off = sum(0.173 for time, error in seen.errors if time > seen.joined + 2.0 and error > OFF_ARCSEC)
         outside = [e for t, e in seen.errors if t > seen.joined + 2.0 and not seen.near_a_gap(t, 1.5)]
         worst_lost = max(worst_lost, abs(off - told) if seen.lost or told else 0.0)
+        worst_end = max(worst_end, abs(late))
         worst = max([worst, *outside])
-        if seen.left or abs(off - told) > 2.0:
+        if seen.left or abs(off - told) > 2.0 or abs(late) > 1.0:
             wrong.append(
-                f"pass {k}, {kind}: {seen.left} looks outside the limits; {off:.1f} s lost, {told:.1f} s told"
+                f"pass {k}, {kind}: {seen.left} looks outside the limits; {off:.1f} s lost, {told:.1f} s told; "
+                f"over {late:+.2f} s after the end that was told"
             )
             print(wrong[-1], seen.trouble, flush=True)
     print(
         f"{followed} passes followed, {len(refusals)} refused; no limit crossed; lost time within {worst_lost:.2f} s "
-        f"of the plan's; worst error on the target {worst:.1f}″"
+        f"of the plan's, the end within {worst_end:.2f} s; worst error on the target {worst:.1f}″"
     )
     assert wrong == []
     assert followed > len(refusals) or not FULL

@@ -29,15 +29,17 @@ def test_agrees_with_astropy_over_the_whole_table(iers):
     rng = random.Random(5)  # noqa: S311 - nothing secret
     first, last = module._range()
     worst = [0.0, 0.0]
+    stated = dict(zip(iers["MJD"].value.astype(int), iers["e_UT1_UTC_A"].to_value("s"), strict=True))
     for _ in range(400):
         # Not on a day that ends in a leap second, whose fraction of a day astropy counts otherwise.
         day, fraction = rng.randrange(first, last), rng.randrange(64) / 64
         if abs(module._value(day + 1)[0] - module._value(day)[0]) > 0.5:
             continue
-        dut1, xp, yp, note = earth_orientation(Instant.from_utc(day, fraction * 86400))
+        dut1, xp, yp, note, error = earth_orientation(Instant.from_utc(day, fraction * 86400))
         jd = (2400000.5 + day, fraction)
         x, y = (angle.to_value("rad") for angle in iers.pm_xy(*jd))
         assert note == ""
+        assert error == pytest.approx(stated[day], abs=1e-9)
         worst[0] = max(worst[0], abs(dut1 - iers.ut1_utc(*jd).to_value("s")))
         worst[1] = max(worst[1], abs(xp - x) / ARCSEC, abs(yp - y) / ARCSEC)
     print(f"worst against astropy: dut1 {worst[0]:.1e} s, pole {worst[1]:.1e}″")
@@ -59,6 +61,7 @@ def test_after_the_table_the_last_value_holds_and_the_note_says_how_wrong_it_may
     soon, late = (earth_orientation(Instant.from_utc(day, 100.0)) for day in (last + 100, 200000))
     assert soon[:3] == late[:3] == at_end[:3]
     assert at_end.note == ""
+    assert 0.005 < at_end.dut1_error <= soon.dut1_error < late.dut1_error == 0.9
     assert "0.12″ (0.0079 s)" in soon.note
     assert "14″ (0.9 s)" in late.note
     assert "astropy-iers-data" in late.note

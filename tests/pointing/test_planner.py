@@ -18,6 +18,7 @@ from pointing.limits import Horizon
 from pointing.mount import MountType
 from pointing.plan import Axis, Start
 from pointing.targets import FixedAltAz, FixedHaDec, Star
+from pointing.way_round import to_axes
 
 SIZE = 400 if os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full" else 32
 GRAZE_DEG = 0.03  # two ways of looking at a path may differ about a limit that is only touched
@@ -501,3 +502,24 @@ def test_where_the_straight_way_is_barred_another_leads_round():
     here = [axis.target_counts for axis in plan.via.axes]
     assert [axis.from_counts for axis in plan.axes] == here
     assert plan.arrival > plan.via.arrival
+
+
+def test_fixed_angles_are_reached_round_what_bars_the_straight_way_and_by_no_way_round_a_limit():
+    """Trees 60° high between two places: over them, then down; both ways looked at every tenth of a second."""
+    degrees = ((0, 5), (39, 5), (40, 60), (60, 60), (61, 5))
+    trees = Horizon(tuple((math.radians(azimuth), math.radians(altitude)) for azimuth, altitude in degrees))
+    subject = planner(MountType.ALTAZ_FORK, horizon=trees)
+    start, there = start_at(subject, 20.0, 70.0), (math.radians(90.0), math.radians(20.0))
+    with pytest.raises(Unreachable, match="below the horizon limit"):
+        subject.plan_axes("there", there, start, timing())
+    plan = to_axes(subject, "there", there, start, timing())
+    assert plan.start == start.time
+    for leg in (plan.via, plan):
+        one, two = (axis.travel for axis in leg.axes)
+        for k in range(round(10.0 * max(one.duration, two.duration)) + 1):
+            assert trees.margin(subject.observed((one.position(k / 10.0), two.position(k / 10.0)))) >= 0.0
+    one, two = (axis.travel.position(axis.travel.duration) for axis in plan.axes)
+    assert subject.angles((one, two)) == pytest.approx(there, abs=1e-5)
+    for degrees, why in (((60.0, 95.0), "axis2"), ((50.0, 20.0), "below the horizon limit")):
+        with pytest.raises(Unreachable, match=why):
+            to_axes(subject, "there", (math.radians(degrees[0]), math.radians(degrees[1])), start, timing())

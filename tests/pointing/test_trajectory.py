@@ -124,7 +124,7 @@ def test_no_other_moment_to_leave_and_to_join_loses_less():
     for miss_deg in (0.02, 0.2):
         target = Overhead(MIDNIGHT + 400.0, 1.1, math.radians(miss_deg))
         found = pass_plan(geometry, target, first_up(geometry, target), LEADING)
-        ((begin, end),) = found.lost
+        ((begin, end),) = found.trajectory.gaps(found.ends)
 
         def place(time, near, target=target, found=found):
             angle, rate = geometry.track(target, time, found.posture, (near, near))[0]

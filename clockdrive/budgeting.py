@@ -1,0 +1,56 @@
+"""The error budget of a plan: what clock, air and drive say of themselves, and how it is put into an answer."""
+
+import math
+from typing import Any
+
+from clockdrive.surroundings import Surroundings
+from pointing.error_budget import ErrorBudget, Stated, error_budget
+from pointing.plan import Plan
+from pointing.planner import Planner
+
+_ARCSEC = 180.0 / math.pi * 3600.0
+_MEASURED = 1.0, 1.0  # hPa, K: what stations are good for
+_CONFIGURED = 10.0, 10.0  # how far a night's air is from one that was written down once
+
+
+def budget_of(
+    plan: Plan, planner: Planner, around: Surroundings, uncertainty_counts: tuple[float, float] = (0.0, 0.0)
+) -> ErrorBudget:
+    """How far off a plan may land.
+
+    Parameters
+    ----------
+    plan, planner, around
+        What is planned, for which telescope, under which clock and air.
+    uncertainty_counts : tuple of float
+        By how much the drive's position may be off, counts.
+    """
+    measured = around.air.reading is not None and not around.air.trouble
+    pressure_hpa, temperature_k = _MEASURED if measured else _CONFIGURED
+    clock = around.clock(plan.arrival)
+    source = "measured" if measured else "configured"
+    stated = Stated(
+        pressure_hpa,
+        temperature_k,
+        f"{source} air, taken as right to {pressure_hpa:g} hPa and {temperature_k:g} °C",
+        clock.error_s,
+        clock.text,
+        uncertainty_counts,
+    )
+    return error_budget(planner, (plan.axes[0].angle, plan.axes[1].angle), plan.arrival, stated)
+
+
+def budget_json(budget: ErrorBudget) -> dict[str, Any]:
+    """Plain values, arcseconds; null where nobody knows."""
+    return {
+        "total_arcsec": round(budget.total * _ARCSEC, 3),
+        "unknown": list(budget.unknown),
+        "sources": [
+            {
+                "name": each.name,
+                "arcsec": None if each.error is None else round(each.error * _ARCSEC, 3),
+                "assumption": each.assumption,
+            }
+            for each in budget.sources
+        ],
+    }

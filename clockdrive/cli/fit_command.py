@@ -1,0 +1,163 @@
+"""`clockdrive fit` and `clockdrive model`: pointing models from runs of observations, and their files."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from clockdrive.cli import display
+from clockdrive.errors import InputError
+
+if TYPE_CHECKING:
+    from pointing.site import Weather
+
+Adder = Callable[[str, str], argparse.ArgumentParser]
+PLACES = ("apparent", "icrs", "observed")
+POLES = ("true", "refracted")
+
+
+def add_fit(add: Adder) -> None:
+    """Add the grammar of `fit` and `model`."""
+    fit = add("fit", "fit a pointing model to a file of observations (TPOINT, SPK or ECSV)")
+    fit.add_argument("file", metavar="FILE", help="the run of observations")
+    which = fit.add_mutually_exclusive_group()
+    which.add_argument("--terms", metavar="NAMES", help='as in "IH ID CH"; without it the usual ones of the mount')
+    which.add_argument("--auto", action="store_true", help="choose the terms that the run asks for")
+    fit.add_argument("--fixed", metavar="NAME=ARCSEC", help='terms that keep a coefficient, as in "CH=0 TF=12.5"')
+    fit.add_argument("--places", choices=PLACES, help="frame of an equatorial TPOINT file's right ascensions")
+    fit.add_argument(
+        "--weather",
+        metavar="HPA,C[,HUMIDITY]",
+        help="of apparent and ICRS places, instead of the file's; none: no air",
+    )
+    fit.add_argument("--robust", action="store_true", help="weigh down what lies far off")
+    fit.add_argument("--outliers", action="store_true", help="find and mask observations that do not belong")
+    fit.add_argument("--by-pier", action="store_true", help="let the index errors differ beyond the pole")
+    fit.add_argument("--mask", metavar="I,J", help="observations to leave out, counted from 0")
+    fit.add_argument("--pole", choices=POLES, default="true", help="to which the polar axis shall be turned")
+    fit.add_argument("-o", "--output", metavar="FILE", help="write the model in TPOINT's form")
+    fit.add_argument("--residuals", metavar="FILE", help="write the residuals as an ECSV table")
+    fit.add_argument("--plot", metavar="FILE", help="draw the residuals into a .png, .pdf or .svg; needs matplotlib")
+    model = add("model", "show, check or compare pointing-model files")
+    model.add_argument("action", choices=("show", "check", "compare"))
+    model.add_argument("files", nargs="+", metavar="FILE", help="in TPOINT's form")
+
+
+def fit(args: argparse.Namespace) -> None:
+    """Fit, write what is asked for, and show the result."""
+    from clockdrive.fitting import Wanted, fit_file  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+
+    if args.auto and args.fixed:
+        raise InputError("--fixed goes with --terms: with --auto the terms are not known beforehand")
+    wanted = Wanted(
+        args.terms or "", args.auto, _fixed(args.fixed), args.places, _weather(args.weather), args.robust,
+        args.outliers, args.by_pier, _indices(args.mask), args.pole,
+    )  # fmt: skip
+    found = fit_file(args.file, wanted)
+    written = _written(args, found.fit)
+    if args.json:
+        display.as_json({**found.json, "written": written})
+        return
+    steps = [] if found.choice is None else [f"{step.action} {step.term}: {step.why}" for step in found.choice.path]
+    findings = [f"beware: {each}" for each in found.findings]
+    lines = [*steps, repr(found.fit), *findings, found.advice, *(f"written: {name}" for name in written)]
+    print("\n".join(line for line in lines if line), flush=True)
+
+
+def _written(args: argparse.Namespace, found: Any) -> list[str]:  # noqa: ANN401 - a Fit, whose module is not loaded
+    """Write the files that were asked for; return their names."""
+    if args.output:
+        found.save(args.output)
+    if args.residuals:
+        found.write_residuals(args.residuals)
+    if args.plot:
+        from pointing.model.plots import save_panels  # noqa: PLC0415 - takes matplotlib along
+
+        save_panels(found, args.plot)
+    return [name for name in (args.output, args.residuals, args.plot) if name]
+
+
+def _fixed(text: str | None) -> dict[str, float]:
+    """Coefficients in arcseconds by name, of `CH=0 TF=12.5`."""
+    found = {}
+    for word in (text or "").replace(",", " ").split():
+        name, equals, value = word.partition("=")
+        try:
+            found[name.upper()] = float(value.replace("−", "-"))
+        except ValueError:
+            equals = ""
+        if not (name and equals):
+            raise InputError(f'--fixed {word}: give NAME=ARCSEC, as in "CH=0 TF=12.5"')
+    return found
+
+
+def _weather(text: str | None) -> "Weather | None":
+    """The air of `1010,12` or `1010,12,0.6`, or that of `none`, which does not refract."""
+    from pointing.site import Weather  # noqa: PLC0415 - as in `fit`
+
+    if text is None:
+        return None
+    if text == "none":
+        return Weather(refraction=False)
+    try:
+        pressure, temperature, *humidity = (float(word.replace("−", "-")) for word in text.split(","))
+        (relative,) = humidity or (Weather().relative_humidity,)
+    except ValueError:
+        raise InputError(
+            f"--weather {text}: give pressure in hPa, temperature in °C, humidity, as in 1010,12,0.6, or none"
+        ) from None
+    return Weather(pressure_hpa=pressure, temperature_c=temperature, relative_humidity=relative)
+
+
+def _indices(text: str | None) -> tuple[int, ...]:
+    words = (text or "").replace(",", " ").split()
+    if not all(word.isdecimal() for word in words):
+        raise InputError(f"--mask {text}: give observations counted from 0, as in 3,7")
+    return tuple(int(word) for word in words)
+
+
+def model(args: argparse.Namespace) -> None:
+    """Show, check or compare model files."""
+    from clockdrive import fitting  # noqa: PLC0415 - as in `fit`
+
+    ask, text = {
+        "show": (fitting.show_models, models_text),
+        "check": (fitting.check_models, models_text),
+        "compare": (fitting.compare_models, comparison_text),
+    }[args.action]
+    answer = ask(args.files)
+    if args.json:
+        display.as_json(answer)
+    else:
+        print(text(answer), flush=True)
+
+
+def models_text(answer: Mapping[str, Any]) -> str:
+    """Each model, a line a term."""
+    lines = []
+    for each in answer["models"]:
+        lines.append(
+            f"{each['file']}: {each['caption']}; {each['mount']} mount, n = {each['n']}, "
+            f"sky RMS {each['sky_rms_arcsec']:g}″"
+        )
+        for row in each["terms"]:
+            sigma = "" if row["sigma_arcsec"] is None else f"± {row['sigma_arcsec']:.3f}″"
+            marks = [mark for mark, so in (("fixed", row["fixed"]), (row["evidence"], True)) if so]
+            marked = f"  ({', '.join(mark for mark in marks if mark != 'published')})".replace("  ()", "")
+            lines.append(f"  {row['name']:<7} {row['arcsec']:+11.4f}″ {sigma:<10}  {row['sentence']}{marked}")
+    return "\n".join(lines)
+
+
+def comparison_text(answer: Mapping[str, Any]) -> str:
+    """A row a term, a column a model, with how many σ each is from the first."""
+    lines = ["  ".join((f"{'':<7}", *(f"{name:>20}" for name in answer["files"])))]
+    for row in answer["terms"]:
+        cells = [_cell(value, None) for value in row["arcsec"][:1]]
+        cells += [_cell(*pair) for pair in zip(row["arcsec"][1:], row["sigmas_apart"], strict=True)]
+        lines.append("  ".join((f"{row['name']:<7}", *(f"{cell:>20}" for cell in cells))))
+    return "\n".join(lines)
+
+
+def _cell(arcsec: float | None, sigmas: float | None) -> str:
+    if arcsec is None:
+        return "absent"
+    return f"{arcsec:+.3f}″" + ("" if sigmas is None else f" ({sigmas:+.1f}σ)")

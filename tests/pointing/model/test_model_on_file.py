@@ -1,0 +1,54 @@
+"""A model file as a pointing model of one mount."""
+
+import math
+
+import pytest
+
+from pointing.errors import PointingError
+from pointing.model.model_on_file import ModelOnFile
+
+ARCSEC = math.pi / 648_000.0
+TEXT = """\
+a mount
+T   39   2.9130   58.294   -0.0668
+  IH  +12.5  0.8
+ &=CH  -45
+! no longer: NP +3
+  TF  +15.0 1.2
+{more}END
+"""
+
+
+def written(folder, more=""):
+    path = folder / "model.mod"
+    path.write_text(TEXT.replace("{more}", more), encoding="utf-8")
+    return path
+
+
+def test_it_holds_terms_coefficients_sigmas_and_what_the_fit_left(tmp_path):
+    path = written(tmp_path)
+    model = ModelOnFile.read(path, "equatorial", 0.7)
+    assert model.arcsec == pytest.approx({"IH": 12.5, "CH": -45.0, "TF": 15.0})
+    assert model.sigmas == (pytest.approx(0.8 * ARCSEC), None, pytest.approx(1.2 * ARCSEC))
+    assert (model.n, model.sky_rms, model.caption) == (39, pytest.approx(2.913 * ARCSEC), "a mount")
+    assert (model.path, model.modified) == (path, path.stat().st_mtime)
+    assert model.text == "model.mod: IH CH TF, fitted to 39 stars, 2.91″ left on the sky"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("  AN +3\n", r"model\.mod, line 7, column 1: '  AN \+3': the term AN .* is for an altazimuth mount"),
+        ("&=HQSH1 +3\n", r"line 7.*no pointing term 'HQSH1'; for this mount there are IH"),
+        ("  ME +200000 1.0\n", r"line 7.*ME of 55\.5556°: possible are −45° to 45°; coefficients are arcseconds"),
+        ("  IH +1\n", r"line 7.*IH a second time"),
+    ],
+)
+def test_what_is_wrong_is_refused_with_file_and_line(more, said, tmp_path):
+    with pytest.raises(PointingError, match=said):
+        ModelOnFile.read(written(tmp_path, more), "equatorial", 0.7)
+
+
+def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path):
+    with pytest.raises(PointingError, match=r"none\.mod"):
+        ModelOnFile.read(tmp_path / "none.mod", "equatorial", 0.7)
