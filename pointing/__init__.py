@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from pointing.model.fit import fit
     from pointing.model.fitted import Fit
     from pointing.model.model_file import read_model
+    from pointing.model.nights import fit_nights
     from pointing.model.own_term import own_term
     from pointing.model.pointing_model import PointingModel
     from pointing.model.run import PointingRun
     from pointing.model.run_file import read_run
+    from pointing.model.sequential import SequentialFit
+    from pointing.model.terms import worm_terms
     from pointing.model.tpoint_file import read_tpoint
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
@@ -60,6 +63,7 @@ _HOME = {
     "PointingRun": "pointing.model.run",
     "RateOffsetTarget": "pointing.rate_offset",
     "Satellite": "pointing.satellite",
+    "SequentialFit": "pointing.model.sequential",
     "Site": "pointing.site",
     "Sky": "pointing.sky",
     "SolarSystemBody": "pointing.solar_system",
@@ -73,12 +77,14 @@ _HOME = {
     "diagnose": "pointing.model.diagnosis",
     "find": "pointing.catalogue",
     "fit": "pointing.model.fit",
+    "fit_nights": "pointing.model.nights",
     "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
     "read_model": "pointing.model.model_file",
     "read_run": "pointing.model.run_file",
     "read_tle": "pointing.tle",
     "read_tpoint": "pointing.model.tpoint_file",
+    "worm_terms": "pointing.model.terms",
 }
 
 __all__ = [
@@ -103,6 +109,7 @@ __all__ = [
     "PointingRun",
     "RateOffsetTarget",
     "Satellite",
+    "SequentialFit",
     "Site",
     "Sky",
     "SolarSystemBody",
@@ -116,12 +123,14 @@ __all__ = [
     "diagnose",
     "find",
     "fit",
+    "fit_nights",
     "own_term",
     "passes",
     "read_model",
     "read_run",
     "read_tle",
     "read_tpoint",
+    "worm_terms",
 ]
 
 

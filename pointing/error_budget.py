@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _SIDEREAL = math.tau / 86164.0905  # rad/s
 _ROUNDING = 1.0 / math.sqrt(12.0)  # of a count: the standard deviation of what is rounded
 _KELVIN = 273.15
+_NO_MODEL = "there is none: misalignment, collimation, flexure and the gears' periodic error are not known"
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def error_budget(telescope: Geometry, angles: tuple[float, float], time: float, 
 
 def _of_the_model(model: "PointingModel | None", angles: tuple[float, float]) -> Iterator[Source]:
     if model is None:
-        yield Source("pointing model", None, "there is none: misalignment, collimation and flexure are not known")
+        yield Source("pointing model", None, _NO_MODEL)
         return
     from pointing.model.model_on_file import ModelOnFile  # noqa: PLC0415 - takes 30 ms; only its users pay
 
@@ -119,7 +120,7 @@ def _of_the_model(model: "PointingModel | None", angles: tuple[float, float]) ->
     known = len(moved) == len(model.terms)
     text = "standard deviations of its terms, as if uncorrelated"
     yield Source("pointing model", math.hypot(*moved) if known else None, text if known else "not all terms have one")
-    left = f"what its {model.n} stars were off, on the sky" if model.sky_rms else "the file does not say"
+    left = f"what its {model.n} stars were off, periodic error in it" if model.sky_rms else "the file does not say"
     yield Source("what the model leaves", model.sky_rms or None, left)
 
 
