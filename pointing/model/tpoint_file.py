@@ -213,8 +213,8 @@ def _frame(records: list[Record], body: list[Record], places: Places | None, wor
     raise PointingError(
         f"{records[0].file}: the frame of its RA and Dec is {'not told' if places is None else repr(places)}: give "
         "places='apparent' (of date), 'icrs' (J2000) or 'observed' (refracted), on the command line --places. To "
-        "find out: compare a named star with a catalogue, from whose J2000 place that of date is 20′ away by now; or read "
-        "it as apparent: where the residuals have the pattern of J2000, `diagnose` and `clockdrive fit` say so"
+        "find out: compare a named star with a catalogue, from whose J2000 place that of date is 20′ away by now; or "
+        "read it as apparent: where the residuals show J2000, `diagnose` and `clockdrive fit` say so"
     )
 
 
