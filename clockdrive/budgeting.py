@@ -14,7 +14,7 @@ _CONFIGURED = 10.0, 10.0  # how far a night's air is from one that was written d
 
 
 def budget_of(
-    plan: Plan, planner: Planner, around: Surroundings, uncertainty_counts: tuple[float, float] = (0.0, 0.0)
+    plan: Plan, planner: Planner, around: Surroundings, uncertainty_counts: tuple[float, float] | None = None
 ) -> ErrorBudget:
     """How far off a plan may land.
 
@@ -22,8 +22,8 @@ def budget_of(
     ----------
     plan, planner, around
         What is planned, for which telescope, under which clock and air.
-    uncertainty_counts : tuple of float
-        By how much the drive's position may be off, counts.
+    uncertainty_counts : tuple of float, optional
+        By how much the drive's position may be off, counts; None where no drive was asked.
     """
     measured = around.air.reading is not None and not around.air.trouble
     pressure_hpa, temperature_k = _MEASURED if measured else _CONFIGURED
@@ -37,7 +37,8 @@ def budget_of(
         clock.text,
         uncertainty_counts,
     )
-    return error_budget(planner, (plan.axes[0].angle, plan.axes[1].angle), plan.arrival, stated)
+    axes = (plan.axes[0].angle, plan.axes[0].rate), (plan.axes[1].angle, plan.axes[1].rate)
+    return error_budget(planner, axes, plan.arrival, stated)
 
 
 def budget_json(budget: ErrorBudget) -> dict[str, Any]:

@@ -100,11 +100,11 @@ def answered(
     around: Surroundings,
     target: Target,
     notes: tuple[str, ...] = (),
-    uncertainty_counts: tuple[float, float] = (0.0, 0.0),
+    uncertainty_counts: tuple[float, float] | None = None,
 ) -> PlanAnswer | PassAnswer:
     """Put a plan or a pass, asked for at `time`, into words and numbers.
 
-    `uncertainty_counts` is by how much the drive's position may be off in each axis.
+    `uncertainty_counts` is by how much the drive's position may be off in each axis; None where no drive was asked.
     """
     if isinstance(found, Plan):
         said = notes_at(around, found.arrival, found.observed, target)

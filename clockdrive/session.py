@@ -434,7 +434,8 @@ class Session:
         """Begin a slew; it is on the disk before anything moves."""
         self.store.begin(activity)
         self.pursuit, self.trouble, self.doing = None, "", activity.kind
-        self.begun, self.waiting, self.surroundings.stepped = activity, None, ""
+        self.begun, self.waiting = activity, None
+        self.surroundings.stepped = self.sun_warning = ""  # what they said was of the last target
 
     def pursue(self, target: Target, plan: Plan) -> Pursuit:
         """Follow a target from the end of a slew on."""

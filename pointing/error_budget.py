@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from pointing.geometry import Geometry
 from pointing.instant import Instant
+from pointing.plan import AxisState
 
 if TYPE_CHECKING:
     from pointing.model.pointing_model import PointingModel
@@ -71,8 +72,8 @@ class Stated:
         Of the computer's clock.
     clock : str
         Who says so.
-    counts : tuple of float
-        By how much the position may be off in each axis.
+    counts : tuple of float or None
+        By how much the position may be off in each axis; None where no drive was asked.
     """
 
     pressure_hpa: float
@@ -80,29 +81,51 @@ class Stated:
     air: str
     clock_s: float | None
     clock: str
-    counts: tuple[float, float] = (0.0, 0.0)
+    counts: tuple[float, float] | None = None
 
 
-def error_budget(telescope: Geometry, angles: tuple[float, float], time: float, stated: Stated) -> ErrorBudget:
-    """Budget of a telescope that stands at axis angles, radians, at POSIX `time`."""
+def error_budget(telescope: Geometry, axes: AxisState, time: float, stated: Stated) -> ErrorBudget:
+    """Budget of a telescope that is on a target at POSIX `time`; how sure the target's own place is, is not in it.
+
+    Parameters
+    ----------
+    telescope : Geometry
+        The telescope.
+    axes : tuple
+        ((angle, rate) of axis 1, (angle, rate) of axis 2), radians and radians per second: the rates say how fast the
+        target goes, and so what the clock's error is worth.
+    time : float
+        POSIX seconds.
+    stated : Stated
+        What surroundings and drive say.
+    """
+    (angle1, rate1), (angle2, rate2) = axes
+    angles = angle1, angle2
+    motion = math.hypot(rate1 * math.cos(angle2), rate2)
     observed = telescope.mount.observed(*angles)
     altitude = math.asin(max(-1.0, min(1.0, observed[2])))
     sine = observed[0] * -math.cos(telescope.mount.latitude) + observed[2] * math.sin(telescope.mount.latitude)
-    diurnal = _SIDEREAL * math.sqrt(max(0.0, 1.0 - sine * sine))  # sky motion of the place, cos δ of it
+    turning = min(motion, _SIDEREAL * math.sqrt(max(0.0, 1.0 - sine * sine)))  # of it what is the Earth's, cos δ
     earth = telescope.sky.at(Instant.from_posix(time)).earth_orientation
     return ErrorBudget(
         (
-            *_of_the_model(telescope.mount.model, angles),
+            *_of_the_model(telescope.mount.model),
             _of_the_air(telescope, altitude, stated),
-            Source("clock", None if stated.clock_s is None else diurnal * stated.clock_s, stated.clock),
-            Source("UT1", diurnal * earth.dut1_error, f"UT1−UTC to {earth.dut1_error:.2g} s by its table"),
+            Source("clock", None if stated.clock_s is None else motion * stated.clock_s, stated.clock),
+            Source("UT1", turning * earth.dut1_error, f"UT1−UTC to {earth.dut1_error:.2g} s by its table"),
             Source("counts", _on_sky(telescope, angles, (_ROUNDING, _ROUNDING)), "targets are whole counts"),
-            Source("drive", _on_sky(telescope, angles, stated.counts), "uncertainty of its position"),
+            _of_the_drive(telescope, angles, stated.counts),
         )
     )
 
 
-def _of_the_model(model: "PointingModel | None", angles: tuple[float, float]) -> Iterator[Source]:
+def _of_the_model(model: "PointingModel | None") -> Iterator[Source]:
+    """What a model leaves, and how uncertain it is itself.
+
+    A file has no correlations, without which the deviations of its terms say little about a place. Where the stars
+    stood the variance of the fitted place is on average that of one component times k/n; both components of the sky
+    RMS have 2n − k degrees of freedom.
+    """
     if model is None:
         yield Source("pointing model", None, _NO_MODEL)
         return
@@ -111,15 +134,11 @@ def _of_the_model(model: "PointingModel | None", angles: tuple[float, float]) ->
     if not isinstance(model, ModelOnFile):
         yield Source("pointing model", None, "its terms are given without standard deviations")
         return
-    _, _, jacobian = model.star_and_jacobian(*angles)
-    moved = [
-        math.hypot(*by) * sigma
-        for by, sigma in zip(jacobian.by_coefficient, model.sigmas, strict=True)
-        if sigma is not None
-    ]
-    known = len(moved) == len(model.terms)
-    text = "standard deviations of its terms, as if uncorrelated"
-    yield Source("pointing model", math.hypot(*moved) if known else None, text if known else "not all terms have one")
+    k = len(model.sigmas) - model.sigmas.count(None)
+    known = model.sky_rms > 0.0 and 2 * model.n > k
+    own = model.sky_rms * math.sqrt(k / (2 * model.n - k)) if known else None
+    text = f"{k} fitted terms, on average over the {model.n} stars" if known else "the file does not say of the fit"
+    yield Source("pointing model", own, text)
     left = f"what its {model.n} stars were off, periodic error in it" if model.sky_rms else "the file does not say"
     yield Source("what the model leaves", model.sky_rms or None, left)
 
@@ -133,6 +152,12 @@ def _of_the_air(telescope: Geometry, altitude: float, stated: Stated) -> Source:
         stated.pressure_hpa / max(air.pressure_hpa, 1.0), stated.temperature_k / (air.temperature_c + _KELVIN)
     )
     return Source("refraction", telescope.sky.refraction(altitude) * share, stated.air)
+
+
+def _of_the_drive(telescope: Geometry, angles: tuple[float, float], counts: tuple[float, float] | None) -> Source:
+    if counts is None:
+        return Source("drive", None, "it was not asked")
+    return Source("drive", _on_sky(telescope, angles, counts), "uncertainty of its position")
 
 
 def _on_sky(telescope: Geometry, angles: tuple[float, float], counts: tuple[float, float]) -> float:
