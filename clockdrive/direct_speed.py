@@ -56,9 +56,11 @@ class DirectSpeed:
         if not 0.0 < seconds <= _LONGEST_S:
             raise ArgumentError(f"a speed for {seconds:g} s: above 0 up to {_LONGEST_S:g} s; give it again to go on")
         speeds = self._speeds(rates)
-        session.poll()
+        reading = session.poll()
         began, here = session.clock.now(), session.start().counts
         self._check_way(rates, seconds)
+        if reading is not None:
+            self._look_ahead(reading, speeds)
         ends = (here[0] + speeds[0] * seconds, here[1] + speeds[1] * seconds)
         session.begin(Activity("jogging", began, began + seconds, here, ends, "direct speed"))
         try:
@@ -117,13 +119,13 @@ class DirectSpeed:
             reading = session.poll()
             if reading is None:
                 session.halt("the drive does not answer during direct speed control; it was stopped. Check the link")
-            self._look_ahead(reading)
+            self._look_ahead(reading, speeds)
             report(Progress("direct speed", max(0.0, end - reading.time), end - began, reading.counts))
 
-    def _look_ahead(self, reading: Reading) -> None:
-        """Stop while the telescope can still come to rest where it may stand."""
+    def _look_ahead(self, reading: Reading, speeds: tuple[float, float]) -> None:
+        """Stop while the telescope, on its way to these speeds, can still come to rest where it may stand."""
         session = self._session
-        rests = rests_at(reading, session.timing().slew, _PERIOD_S)
+        rests = rests_at(reading, session.timing().slew, _PERIOD_S, speeds)
         if why := session.guard.why_stop(reading, session.doing, rests):
             session.halt(f"direct speed control was {why}" if why.startswith("stopped") else why)
 

@@ -1,5 +1,6 @@
 """What stops the telescope, whoever moves it: asked of every reading."""
 
+import math
 from collections.abc import Sequence
 
 from mounts.drive import Reading
@@ -9,15 +10,33 @@ from pointing.slew import SlewModel
 
 _CYCLES = 2.0  # may pass until a stop is in force
 _SAMPLES = 20
+_FAR = 1e9  # counts; farther than an axis comes in a moment
+_MOMENT_S = 0.005
 
 
-def rests_at(reading: Reading, models: Sequence[SlewModel], period_s: float) -> tuple[float, float]:
-    """Counts at which both axes would come to rest if they were stopped at the next reading, `period_s` later."""
+def rests_at(
+    reading: Reading, models: Sequence[SlewModel], period_s: float, speeds: tuple[float, float] | None = None
+) -> tuple[float, float]:
+    """Counts at which both axes would come to rest if they were stopped at the next reading, `period_s` later.
+
+    Until then they keep their rates, or are under way to `speeds`, counts per second.
+    """
     one, two = (
-        axis.counts + axis.rate * _CYCLES * period_s + _stopping(model, axis.rate)
-        for axis, model in zip(reading.axes, models, strict=False)
+        axis.counts + _rest(model, axis.rate, axis.rate if speeds is None else speeds[i], _CYCLES * period_s)
+        for i, (axis, model) in enumerate(zip(reading.axes[:2], models, strict=True))
     )
     return one, two
+
+
+def _rest(model: SlewModel, rate: float, speed: float, seconds: float) -> float:
+    """Counts to where an axis comes to rest that is stopped after `seconds` on its way from `rate` to `speed`."""
+    kept = rate * seconds + _stopping(model, rate)
+    if abs(speed) <= abs(rate) and speed * rate >= 0.0:
+        return kept
+    faster = model.limited(abs(speed)).travel(0.0, math.copysign(_FAR, speed), rate, 0.0)
+    before, after = faster.position(seconds - _MOMENT_S), faster.position(seconds + _MOMENT_S)
+    hastened = faster.position(seconds) + _stopping(model, (after - before) / (2.0 * _MOMENT_S))
+    return max(kept, hastened, key=abs)
 
 
 def _stopping(model: SlewModel, rate: float) -> float:
