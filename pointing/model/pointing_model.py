@@ -2,11 +2,11 @@
 
 Telescope → star: the terms one after the other, each at the current, partly corrected place, in TPOINT's order: index
 errors, collimation, non-perpendicularity, the tilt of axis 1 (MA then ME, AW then AN), then all others as they are
-listed. How a model file lists the first ones does not matter: the published fits come out to the last digit in this
-order, and 0.01″ to 0.5″ off in others. Star → telescope: the same motions undone in reverse order. A term of constant
-amount is undone in closed form; for one whose amount changes over the sky the amount is solved for. `star` of what
-`telescope` returns is the star, within 1e-6″, in both postures. About a pole of axis 1, or of a term's own function,
-two places of the telescope may point on one star, or none.
+listed. How a model file lists the first ones does not matter: decision 0003 has the published fits that decide it.
+Star → telescope: the same motions undone in reverse order. A term of constant amount is undone in closed form; for one
+whose amount changes over the sky the amount is solved for. `star` of what `telescope` returns is the star, within
+1e-6″, in both postures. About a pole of axis 1, or of a term's own function, two places of the telescope may point on
+one star, or none.
 
 Index errors, collimation, non-perpendicularity and tilt are a rigid mount exactly, as long as collimation or
 non-perpendicularity is zero. With both, the latter turns about the horizontal point of the collimated place and not
