@@ -271,7 +271,7 @@ class TC410:
             self._read_control()
         seen = self._seen_with_encoders(self._look())
         self._see_slew(seen)
-        if self._slew is None and not self._borrowed:
+        if self._slew is None and not self._borrowed and seen.stands:  # else what moves would go faster at once
             self._restore_speed()
         reading = Reading(
             time=seen.state.time,
