@@ -651,11 +651,14 @@ class TC410:
 
     def stop(self, time: float) -> None:  # noqa: ARG002 - the contract gives the time to all
         """Stop everything: "all stop" leaves tracking running, so its bit is cleared too."""
+        self._halt()
+        self._direct.end()
+
+    def _halt(self) -> None:
         try:
             self._unit.write("all_stop", 1)
         finally:  # either alone ends a slew, so a request that is lost must not keep back the other
             self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK))
-        self._direct.end()
         self._learn()
         self._slew = self._tracked = None
 
@@ -723,16 +726,18 @@ class TC410:
             self._read_models()
         self._remember(self.memory)
 
-    def close(self, time: float, *, keep_tracking: bool) -> None:
+    def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - the contract gives the time to all
         """End direct control, and tracking unless it is kept; give back the top speed."""
         try:
             self._learn()
             if keep_tracking and not self._control & _REMOTE:
                 self._write_control(self._control & ~_SLEW)
-                self._direct.end()
             else:
-                self.stop(time)
-            self._restore_speed()
+                self._halt()
+            try:
+                self._direct.end()
+            finally:  # the unit has ended its slew, whatever becomes of the process beside it
+                self._restore_speed()
         finally:
             self._unit.close()
 

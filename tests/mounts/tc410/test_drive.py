@@ -6,11 +6,12 @@ import random
 import re
 
 import pytest
-from tc410_bench import STEP_ARCSEC, T0, Bench, OnSky, Straight
+from tc410_bench import STEP_ARCSEC, T0, Bench, Beside, OnSky, Straight, bench_beside
 
 from clockdrive import tc410_assembly
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
+from mounts.deadman import DeadManError
 from mounts.drive import AxisSlew, Drive
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from mounts.tc410.drive import TC410
@@ -204,6 +205,26 @@ def test_a_slower_slew_whose_start_and_stops_go_unanswered_never_goes_faster(mon
     bench.wait(2.0)
     bench.drive.read(bench.now)
     assert bench.unit.memory.raw("axis1_max_speed") == full, "given back when the axes stand"
+
+
+def test_what_was_lowered_is_given_back_when_the_dead_man_process_cannot_be_let_go() -> None:
+    guardian = Beside()
+    bench = bench_beside(guardian)
+    full = bench.unit.memory.raw("axis1_max_speed")
+
+    def broken() -> None:
+        raise DeadManError("the dead-man process does not answer")
+
+    for keep_tracking in (False, True):
+        bench.slew(AxisSlew(CENTRE + 5000, max_rate=700.0), AxisSlew(CENTRE))
+        bench.drive.stand_by(bench.now)
+        guardian.disarm = broken
+        assert bench.unit.memory.raw("axis1_max_speed") < full
+        with pytest.raises(DeadManError):
+            bench.drive.close(bench.now, keep_tracking=keep_tracking)
+        assert bench.unit.memory.raw("axis1_max_speed") == full
+        assert not bench.kept["restore"]
+        bench.drive.connect(bench.now, make_safe=True)
 
 
 def test_a_host_kept_from_its_work_between_a_request_and_its_stamp_loses_no_position(monkeypatch) -> None:
