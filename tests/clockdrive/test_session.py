@@ -395,6 +395,44 @@ def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
         assert scope.goto("best")["slews"] == 1
 
 
+@pytest.mark.parametrize("way", ["Sun", "horizon"])
+def test_a_park_whose_straight_way_is_barred_goes_round_in_two_legs(way, tmp_path):
+    """The zone of the Sun, or a tree, stands in the middle of the straight way."""
+    morning = T0 - 9.0 * 3600.0
+    with telescope(tmp_path, start=morning) as scope:
+        planner = scope._session.planner
+        x, y, z = planner.sky.at(Instant.from_posix(morning + 120.0)).sun()
+        middle = planner.mount.axes((x, y, z), "normal")
+        start, park = ((middle[0] + turn, middle[1]) for turn in (math.radians(-40.0), math.radians(40.0)))
+        scope._perform(scope._slewing.to_angles("start", start, lambda _: None))
+        later = scope.clock.now()
+    bars = {"limits__sun_avoidance_deg": 20.0}
+    if way == "horizon":
+        azimuth, altitude = math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.asin(z))
+        tree = ((azimuth - 9.0, 15.0), (azimuth - 8.0, altitude + 3.0), (azimuth + 8.0, altitude + 3.0))
+        table = "".join(f"{a % 360.0},{e}\n" for a, e in (*tree, (azimuth + 9.0, 15.0)))
+        (tmp_path / "trees.csv").write_text("azimuth_deg,altitude_deg\n" + table)
+        bars = {"limits__horizon": str(tmp_path / "trees.csv")}
+    parks = {f"axis{i}__park_deg": math.degrees(angle) for i, angle in enumerate(park, start=1)}
+    with telescope(tmp_path, start=later, **bars, **parks) as scope:
+        session = scope._session
+        with pytest.raises(Unreachable, match=way):
+            session.planner.plan_axes("park", park, session.start(), session.timing())
+        witness = Witness(scope)
+        broken = []
+
+        def look(_):
+            checks = session.planner.standing(witness.angles(witness.now()), scope.clock.now())
+            broken.extend(check.detail for check in checks if not check.ok)
+
+        scope.park(look)
+        print(f"{way}: parked in {len(witness.arrivals)} legs")
+        assert len(witness.arrivals) == 2
+        assert not broken
+        assert scope.status()["doing"] == "parked"
+        assert witness.angles(witness.now()) == pytest.approx(park, abs=math.radians(2 * DEG_PER_COUNT))
+
+
 def test_an_embedded_telescope_goes_on_when_the_clock_was_set_back(tmp_path):
     with telescope(tmp_path) as scope:
         scope.goto("best")
