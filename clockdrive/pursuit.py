@@ -89,16 +89,17 @@ class Pursuit:
     def barred(self, reading: Reading) -> tuple[Check, ...]:
         """What forbids to lead the axes any further, by the rule of `pointing.next_limit`; nothing where none is led.
 
-        On the target it is asked of where the axes are; a bridge is a way that was planned.
+        Where the axes would come to rest is asked of every reading; a bridge is a way that was planned.
         """
         way, leading = self._trajectory, self._trajectory.leading
         if leading is None:
             return ()
-        if way.is_joined(reading.time):
-            one, two = reading.axes[:2]
-            rest = leading.rest((one.counts, two.counts), (one.rate, two.rate))
-            checks = self._planner.standing(self._planner.angles(rest), reading.time)
-            return tuple(check for check in checks if not check.ok)
+        one, two = reading.axes[:2]
+        rest = leading.rest((one.counts, two.counts), (one.rate, two.rate))
+        checks = self._planner.standing(self._planner.angles(rest), reading.time)
+        failed = tuple(check for check in checks if not check.ok)
+        if failed or way.is_joined(reading.time):
+            return failed
         begin = reading.time + leading.notice_s
         found = forbidden(way, begin, way.rejoined(begin))
         return () if found is None else (found[1],)
