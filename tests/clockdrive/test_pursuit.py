@@ -2,15 +2,18 @@
 
 import math
 import random
+from time import perf_counter
 
 import pytest
 from orbit import Overhead
 from planning_bench import COUNTS_PER_DEGREE, MIDNIGHT, planner
 
+import clockdrive.pursuit
 from clockdrive.pursuit import Pursuit
 from mounts.drive import AxisReading, Reading
 from pointing.limits import Horizon
 from pointing.mount import MountType
+from pointing.next_limit import forbidden
 from pointing.pass_plan import pass_plan
 from pointing.plan import Leading, Start
 from pointing.profile import Ramps
@@ -100,3 +103,27 @@ def test_axes_on_a_bridge_that_are_too_fast_to_stop_inside_a_limit_are_barred_wh
     down = math.copysign(4.0 * COUNTS_PER_DEGREE, -geometry.axes[1].gearing.counts_per_radian)
     hasty = Reading(reading.time, (reading.axes[0], AxisReading(reading.axes[1].counts, 0.0, down, slewing=False)))
     assert [check.name for check in pursuit.barred(hasty)] == ["horizon"]
+
+
+def test_a_planned_bridge_is_walked_once_and_again_when_the_limits_change(monkeypatch):
+    geometry, walks = planner(MountType.ALTAZ_FORK), []
+    monkeypatch.setattr(clockdrive.pursuit, "forbidden", lambda *way: walks.append(way) or forbidden(*way))
+    target = Overhead(MIDNIGHT + 400.0, 1.1, math.radians(0.05))
+    begin, here = MIDNIGHT + 330.0, (math.radians(-60.0), math.radians(40.0))
+    counts = tuple(axis.gearing.counts(angle) for axis, angle in zip(geometry.axes, here, strict=True))
+    way = Trajectory(geometry, target, "normal", here, LEADING, Start(begin, counts))
+    pursuit = Pursuit(geometry, target, "normal", here, LEADING, way)
+    moments = [begin + 0.1 * k for k in range(1, 100) if not way.is_joined(begin + 0.1 * k + 0.5)]
+    longest = 0.0
+    for moment in moments:
+        reading, started = reading_at(way, moment), perf_counter()
+        assert not pursuit.barred(reading)
+        if moment > moments[0]:
+            longest = max(longest, perf_counter() - started)
+    print(
+        f"{len(moments)} readings on a bridge, {len(walks)} walk along it; the later ones took {1e3 * longest:.2f} ms"
+    )
+    assert len(moments) > 50
+    assert len(walks) == 1
+    geometry.limits = type(geometry.limits)(Horizon.level(80.0))
+    assert [check.name for check in pursuit.barred(reading_at(way, moments[-1]))] == ["horizon"]
