@@ -49,6 +49,7 @@ class Pursuit:
         self.posture = posture
         self._leading = leading
         self._trajectory = trajectory or Trajectory(planner, target, posture, near)
+        self._bridge: tuple[object, Check | None] | None = None  # what was asked of a bridge, and the answer
         self._limit: tuple[float, tuple[float, Check] | None] | None = None  # as found at a time
 
     @property
@@ -89,19 +90,28 @@ class Pursuit:
     def barred(self, reading: Reading) -> tuple[Check, ...]:
         """What forbids to lead the axes any further, by the rule of `pointing.next_limit`; nothing where none is led.
 
-        On the target it is asked of where the axes are; a bridge is a way that was planned.
+        Where the axes would come to rest is asked of every reading; a bridge is a way that was planned, asked once.
         """
         way, leading = self._trajectory, self._trajectory.leading
         if leading is None:
             return ()
-        if way.is_joined(reading.time):
-            one, two = reading.axes[:2]
-            rest = leading.rest((one.counts, two.counts), (one.rate, two.rate))
-            checks = self._planner.standing(self._planner.angles(rest), reading.time)
-            return tuple(check for check in checks if not check.ok)
-        begin = reading.time + leading.notice_s
-        found = forbidden(way, begin, way.rejoined(begin))
-        return () if found is None else (found[1],)
+        one, two = reading.axes[:2]
+        rest = leading.rest((one.counts, two.counts), (one.rate, two.rate))
+        checks = self._planner.standing(self._planner.angles(rest), reading.time)
+        failed = tuple(check for check in checks if not check.ok)
+        if failed or way.is_joined(reading.time):
+            return failed
+        found = self._on_bridge(way, reading.time + leading.notice_s)
+        return () if found is None else (found,)
+
+    def _on_bridge(self, way: Trajectory, begin: float) -> Check | None:
+        """What forbids the way from `begin` until both axes are on the target again: the same for all of a gap."""
+        planner, end = self._planner, way.rejoined(begin)
+        asked = way, end, planner.mount, planner.limits, planner.free
+        if self._bridge is None or self._bridge[0] != asked:
+            found = forbidden(way, begin, end)
+            self._bridge = asked, None if found is None else found[1]
+        return self._bridge[1]
 
     def errors(self, reading: Reading) -> tuple[float, float]:
         """By how many counts each axis is ahead of where it should be."""

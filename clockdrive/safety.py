@@ -1,10 +1,11 @@
 """What stops the telescope, whoever moves it: asked of every reading."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from mounts.drive import Reading
 from pointing.limits import Check
+from pointing.path import DEEPER
 from pointing.planner import Planner
 from pointing.slew import SlewModel
 
@@ -55,13 +56,15 @@ class Guard:
 
     A telescope that is already where it must not be, at start-up or after a person moved it, may be led out by a
     slew: the sky and axis rules bind it from the first reading that keeps them, a limit of the drive from the moment
-    it is left. Tracking never goes on there.
+    it is left. Tracking never goes on there. What others move may lead out as well, by the rule of a slew's path:
+    nowhere deeper than it has been by more than 0.01°, asked of every reading.
     """
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
         self._was_clear = False
         self._known_limits: set[str] = set()
+        self._floors: dict[str, float] = {}  # margins, radians, below which others must not lead
 
     def why_stop(
         self, reading: Reading, doing: str, rests: tuple[float, float] | None = None, barred: Sequence[Check] = ()
@@ -87,8 +90,10 @@ class Guard:
         known = self._known_limits.intersection(reading.limits) if doing != "tracking" else set()
         self._known_limits = set(reading.limits) if doing == "at rest" else known
         reached = sorted(set(reading.limits) - known)
+        deeper = self._deeper(checks, moved=bool(moved_by_others(reading)))
         if doing == "at rest":
-            return self._why_stop_others(reading, reached, broken if was_clear else "", None if broken else rests)
+            outside = {check.name for check in checks if not check.ok}
+            return self._why_stop_others(reading, reached, deeper, outside, rests)
         if why := _of_the_drive(reading, reached):
             return why
         if broken:
@@ -96,22 +101,45 @@ class Guard:
         ahead = self._why_ahead(rests, reading.time, barred)
         return f"stopped before it would lead out of what is allowed: {ahead}" if ahead else ""
 
+    def _deeper(self, checks: Sequence[Check], *, moved: bool) -> str:
+        """What is broken and led deeper; what was gained in one motion is not given back."""
+        floors, self._floors = self._floors if moved else {}, {}
+        broken = []
+        for check in checks:
+            floor = floors.get(check.name, -math.inf)
+            if not check.ok and check.margin < floor:
+                broken.append(check.detail)
+            self._floors[check.name] = max(floor, min(0.0, check.margin - DEEPER))
+        return "; ".join(broken)
+
     def _why_stop_others(
-        self, reading: Reading, reached: list[str], broken: str, rests: tuple[float, float] | None
+        self,
+        reading: Reading,
+        reached: list[str],
+        deeper: str,
+        outside: Collection[str],
+        rests: tuple[float, float] | None,
     ) -> str:
         """Bound what moves the telescope while this program does not: a hand on it, or another program."""
         others = moved_by_others(reading)
         if not others or reading.unsynchronised:
             return ""
-        why = f"limit reached: {', '.join(reached)}" if reached else broken
-        if not why and (ahead := self._why_ahead(rests, reading.time)):
+        why = f"limit reached: {', '.join(reached)}" if reached else deeper
+        if not why and (ahead := self._why_ahead(rests, reading.time, outside=outside)):
             why = f"stopped before it would lead out of what is allowed: {ahead}"
         return f"moved by {', '.join(others)}: {why}; `goto` or `park` leads away from there" if why else ""
 
-    def _why_ahead(self, rests: tuple[float, float] | None, time: float, barred: Sequence[Check] = ()) -> str:
-        """What forbids to come to rest there, or is barred otherwise."""
+    def _why_ahead(
+        self,
+        rests: tuple[float, float] | None,
+        time: float,
+        barred: Sequence[Check] = (),
+        outside: Collection[str] = (),
+    ) -> str:
+        """What forbids to come to rest there, but for checks that are broken already, or is barred otherwise."""
         there = () if rests is None else self._planner.standing(self._planner.angles(rests), time)
-        return "; ".join(check.detail for check in (*there, *barred) if not check.ok)
+        failed = (check for check in (*there, *barred) if not check.ok and check.name not in outside)
+        return "; ".join(check.detail for check in failed)
 
 
 def _of_the_drive(reading: Reading, reached: list[str]) -> str:

@@ -41,6 +41,8 @@ _DURING = {"slewing": "the slew to {}", "waiting": "the wait for {}", "tracking"
 _TRACKING_PERIOD_S = 1.0
 _IDLE_PERIOD_S = 2.0
 _MOVED_PERIOD_S = 0.5  # while something else moves what is at rest
+_HELD = {"idle": _MOVED_PERIOD_S, "parked": _MOVED_PERIOD_S, "waiting": 1.0}
+"""Seconds from one look to the next at what stands and somebody else moves."""
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
@@ -95,6 +97,7 @@ class Session:
         self.trouble = ""
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._must_stop = False
+        self._others_stopped = False  # at the last reading
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
 
@@ -220,9 +223,11 @@ class Session:
         if not why and doing in {"at rest", "waiting"} and reading.tracking:
             why = "the drive tracks, but nothing is followed; it was stopped"
         if why:
-            if doing == "at rest":
+            if doing == "at rest" and not self._others_stopped:  # what cannot be barred is stopped again and again
                 self.note("stopped", why)
+            self._others_stopped = doing == "at rest"
             self.halt(why)
+        self._others_stopped = False
 
     @property
     def _usual_period(self) -> float:
@@ -235,8 +240,9 @@ class Session:
     def _rests(self, reading: Reading) -> tuple[float, float] | None:
         """Counts at which what is tracked, or what somebody else moves, would come to rest."""
         if self.pursuit is None:
-            others = self.doing in _AT_REST and moved_by_others(reading)
-            return rests_at(reading, self.drive.slew_models, _MOVED_PERIOD_S) if others else None
+            if self.doing not in _HELD or not moved_by_others(reading):
+                return None
+            return rests_at(reading, self.drive.slew_models, _HELD[self.doing])
         return None if self.pursuit.led else rests_at(reading, self.drive.slew_models, self._period)
 
     def _barred(self, reading: Reading) -> tuple[Check, ...]:

@@ -211,10 +211,22 @@ class Slewing:
         session = self._session
         session.require_free(parked=parked)
         session.poll()
-        plan = session.planner.plan_axes(name, angles, session.start(), session.timing())
+        plan = yield from self._rest_at(name, angles, report)
+        session.now_doing("idle")
+        return plan
+
+    def _rest_at(self, name: str, angles: tuple[float, float], report: Report) -> Steps[Plan]:
+        """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way."""
+        session = self._session
+        plan = to_axes(session.planner, name, angles, session.start(), session.timing())
+        if plan.via is not None:
+            yield from self._slew(plan.via, "slewing", report)
+            self._require_landed(plan.via)
+            with self._stopped_on_failure():
+                onwards = session.planner.plan_axes(name, angles, session.start(), session.timing())
+            plan = replace(onwards, start=plan.start)
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
-        session.now_doing("idle")
         return plan
 
     def jog(self, axis: int, rate: float, seconds: float, report: Report) -> Steps[Plan]:
@@ -253,14 +265,7 @@ class Slewing:
     def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
         """Go to where a pass begins, and stay there until it does."""
         session = self._session
-        plan = to_axes(session.planner, target.name, ahead.wait, session.start(), session.timing())
-        if plan.via is not None:
-            yield from self._slew(plan.via, "slewing", report)
-            self._require_landed(plan.via)
-            with self._stopped_on_failure():
-                plan = session.planner.plan_axes(target.name, ahead.wait, session.start(), session.timing())
-        yield from self._slew(plan, "slewing", report)
-        self._require_landed(plan)
+        plan = yield from self._rest_at(target.name, ahead.wait, report)
         leading = session.drive.leading
         due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
         azimuth, altitude = map(math.degrees, azimuth_altitude(plan.observed))

@@ -173,11 +173,12 @@ def _spare(axis: Axis, angle: float) -> float:
 
 def _within(name: str, what: str, angle: float, low: float, high: float) -> Check:
     degrees, lowest, highest = math.degrees(angle), math.degrees(low), math.degrees(high)
-    allowed = f"{lowest:.2f}° to {highest:.2f}°"
+    allowed, margin = f"{lowest:.2f}° to {highest:.2f}°", min(angle - low, high - angle)
     if low - _ROUNDING <= angle <= high + _ROUNDING:
-        return Check(name, ok=True, detail=f"{what} at {degrees:.3f}°, allowed {allowed}")
+        return Check(name, ok=True, detail=f"{what} at {degrees:.3f}°, allowed {allowed}", margin=margin)
     beyond = max(lowest - degrees, degrees - highest)
-    return Check(name, ok=False, detail=f"{what} at {degrees:.3f}° is {beyond:.3f}° outside {allowed}")
+    detail = f"{what} at {degrees:.3f}° is {beyond:.3f}° outside {allowed}"
+    return Check(name, ok=False, detail=detail, margin=margin)
 
 
 def _nearest(angle: float, near: float) -> float:

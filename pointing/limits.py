@@ -21,11 +21,12 @@ _ZENITH = math.radians(89.999)  # a horizon stays below it
 
 @dataclass(frozen=True)
 class Check:
-    """One question asked of a plan."""
+    """One question asked of a plan; `margin` where it is asked of a place, infinite for what is not bounded."""
 
     name: str
     ok: bool
     detail: str
+    margin: float = field(default=math.inf, compare=False)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ The search goes forward by half the time in which the nearest limit could be rea
 closes in on a limit without passing it.
 
 What is led is stopped earlier, by one rule that the session keeps and every plan foresees. On the target, the place
-where both axes would come to rest must be allowed. On a bridge, which turns by itself in time, it is all of the way
-until both are on the target again: a bridge that leads to a limit is not begun.
+where both axes would come to rest must be allowed. On a bridge, which turns by itself in time, it is that and all of
+the way until both are on the target again: a bridge that leads to a limit, or on which a stop would, is not begun.
 """
 
 import math
@@ -68,7 +68,7 @@ def forbidden(trajectory: Trajectory, time: float, until: float) -> tuple[float,
     Returns
     -------
     tuple
-        POSIX seconds to 0.01 s, and the check that fails; on a bridge that of the place, else of where it would rest.
+        POSIX seconds to 0.01 s, and the check that fails, of where it would rest or, on a bridge, of the place.
     """
     steps = _TRACKED if trajectory.leading is None else _LED
     clear = due = time
@@ -99,14 +99,19 @@ def _look(trajectory: Trajectory, time: float) -> float | Check:
         state = trajectory.angles(time)
     except (TargetError, Unreachable) as error:  # it has no place, or one where the pointing origin does not come
         return Check("target", ok=False, detail=str(error))
-    if trajectory.leading is not None and trajectory.is_joined(time):
-        state = _at_rest(geometry, trajectory.leading, state)
+    asked = [state]
+    if trajectory.leading is not None:
+        rest = _at_rest(geometry, trajectory.leading, state)
+        asked = [rest] if trajectory.is_joined(time) else [state, rest]
     frame = geometry.sky.at(Instant.from_posix(time))
-    observed = geometry.mount.observed(state[0][0], state[1][0])
-    failed = next((check for check in _checks(geometry, frame, observed, state) if not check.ok), None)
-    if failed is not None:
-        return failed
-    return min(*_axis_seconds(geometry, state), _sky_seconds(geometry, frame, observed, state))
+    seconds = math.inf
+    for each in asked:
+        observed = geometry.mount.observed(each[0][0], each[1][0])
+        failed = next((check for check in _checks(geometry, frame, observed, each) if not check.ok), None)
+        if failed is not None:
+            return failed
+        seconds = min(seconds, *_axis_seconds(geometry, each), _sky_seconds(geometry, frame, observed, each))
+    return seconds
 
 
 def _at_rest(geometry: Geometry, leading: Leading, state: AxisState) -> AxisState:

@@ -16,7 +16,7 @@ from pointing.slew import Travel
 from pointing.vectors import Vector
 
 _FINEST_STEP = math.radians(0.02)  # the step of a path that grazes a limit
-_DEEPER = math.radians(0.01)  # what a path out of a forbidden zone may lose on its way
+DEEPER = math.radians(0.01)  # what a path out of a forbidden zone may lose on its way
 _SUN_RATE = 8e-5  # rad/s, above the Earth's turn
 
 
@@ -134,7 +134,7 @@ class _Zone:
     """How a path stands to one forbidden zone: the deepest it got into it, and where."""
 
     def __init__(self, margin: float, observed: Vector) -> None:
-        self.floor = min(0.0, margin - _DEEPER)
+        self.floor = min(0.0, margin - DEEPER)
         self._least = 0.0
         self._observed = observed
         self._elapsed = 0.0
@@ -144,7 +144,7 @@ class _Zone:
         if room < self._least:
             self._least, self._observed, self._elapsed = room, observed, elapsed
         if self.floor < 0.0:  # what was gained is not given back
-            self.floor = min(0.0, max(self.floor, margin - _DEEPER))
+            self.floor = min(0.0, max(self.floor, margin - DEEPER))
 
     def told(self, margin: float, arrival: Vector, total: float, *, ends_clear: bool) -> tuple[Vector, float, bool]:
         """Direction and moment to speak of, and whether all is well; the arrival comes first."""
@@ -159,13 +159,15 @@ def horizon_check(limits: Limits, observed: Vector, when: str, ok: bool | None =
     x, y, z = observed
     altitude = math.degrees(math.atan2(z, math.hypot(x, y)))
     lowest = math.degrees(limits.horizon.altitude(math.atan2(y, -x)))
+    margin = math.radians(altitude - lowest)
     clear = altitude >= lowest if ok is None else ok
     if clear:
-        return Check(
-            "horizon", ok=True, detail=f"altitude {altitude:.2f}° {when}, {lowest:.2f}° is the lowest allowed"
+        detail = f"altitude {altitude:.2f}° {when}, {lowest:.2f}° is the lowest allowed"
+    else:
+        detail = (
+            f"altitude {altitude:.2f}° {when} is {lowest - altitude:.2f}° below the horizon limit of {lowest:.2f}°"
         )
-    detail = f"altitude {altitude:.2f}° {when} is {lowest - altitude:.2f}° below the horizon limit of {lowest:.2f}°"
-    return Check("horizon", ok=False, detail=detail)
+    return Check("horizon", clear, detail, margin)
 
 
 def sun_check(limits: Limits, sun: Vector, observed: Vector, when: str, ok: bool | None = None) -> Check:
@@ -177,6 +179,7 @@ def sun_check(limits: Limits, sun: Vector, observed: Vector, when: str, ok: bool
     distance = math.degrees(margin) + zone
     clear = margin >= 0.0 if ok is None else ok
     if clear:
-        return Check("Sun", ok=True, detail=f"{distance:.1f}° from the Sun {when}, {zone:.1f}° must be kept")
-    detail = f"{distance:.1f}° from the Sun {when} is {zone - distance:.1f}° inside its zone of {zone:.1f}°"
-    return Check("Sun", ok=False, detail=detail)
+        detail = f"{distance:.1f}° from the Sun {when}, {zone:.1f}° must be kept"
+    else:
+        detail = f"{distance:.1f}° from the Sun {when} is {zone - distance:.1f}° inside its zone of {zone:.1f}°"
+    return Check("Sun", clear, detail, margin)

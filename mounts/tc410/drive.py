@@ -18,6 +18,7 @@ from mounts.tc410.calibration import Learnt
 from mounts.tc410.carried import Carried, by_law, by_velocity
 from mounts.tc410.direct import DirectSpeed, Guardian
 from mounts.tc410.encoders import Encoders
+from mounts.tc410.hands import Hands
 from mounts.tc410.landing import Landing
 from mounts.tc410.leading import PERIOD_S, leading_of
 from mounts.tc410.look import Look
@@ -81,6 +82,8 @@ class TC410:
         self.upkeep = Upkeep(self._unit, self._about_to_write, self._written)
         """The registers, for a person."""
         self._direct = DirectSpeed(self._unit, guardian)
+        barred = memory.get("hands")
+        self._hands = Hands(self._unit, barred if isinstance(barred, int) else 0)
         self._settings = settings
         self._remember = remember
         self._trust = Trust(memory)
@@ -156,6 +159,7 @@ class TC410:
             "learnt": self._learnt.as_json(),
             "meaning": self._settings.meaning,
             "restore": dict(self._lowered),
+            "hands": self._hands.barred,
             "encoders": self.encoders.as_json(),
         }
 
@@ -269,9 +273,12 @@ class TC410:
             raise DriveRefused(f"direct speed control was ended: {fate}")
         if not self._control_known:
             self._read_control()
+        if self._hands.barred and self._hands.let_go():
+            self._write_control(self._control | self._hands.barred)
+            self._hands.given_back()
         seen = self._seen_with_encoders(self._look())
         self._see_slew(seen)
-        if self._slew is None and not self._borrowed:
+        if self._slew is None and not self._borrowed and seen.stands:  # else what moves would go faster at once
             self._restore_speed()
         reading = Reading(
             time=seen.state.time,
@@ -310,6 +317,7 @@ class TC410:
         if self._trust.judge(seen.positions, [model.max_rate for model in self.slew_models]):
             self._slew = self._landing = self._tracked = None
             self._control_known = False
+            self._hands.given_back()  # it begins with bits of its own
         unseen = _STANDBY_STEPS * max(axis.counts_per_step for axis in self._settings.axes)
         if self._powered and not seen.powered:
             self._trust.moved_unseen(unseen)
@@ -650,12 +658,17 @@ class TC410:
             raise DriveRefused(f"axis {axis} reads back {position:.0f} counts instead of {expected:.0f}; try again")
 
     def stop(self, time: float) -> None:  # noqa: ARG002 - the contract gives the time to all
-        """Stop everything: "all stop" leaves tracking running, so its bit is cleared too."""
+        """Stop everything: "all stop" leaves tracking and hands moving the axes, so their bits are cleared too."""
+        if self._last is not None and self._hands.bar(self._last.motion, self._control):
+            self._remember(self.memory)
+        self._halt()
+        self._direct.end()
+
+    def _halt(self) -> None:
         try:
             self._unit.write("all_stop", 1)
         finally:  # either alone ends a slew, so a request that is lost must not keep back the other
-            self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK))
-        self._direct.end()
+            self._write_control(self._control & ~(_SLEW | _REMOTE | _TRACK | self._hands.barred))
         self._learn()
         self._slew = self._tracked = None
 
@@ -723,16 +736,18 @@ class TC410:
             self._read_models()
         self._remember(self.memory)
 
-    def close(self, time: float, *, keep_tracking: bool) -> None:
+    def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - the contract gives the time to all
         """End direct control, and tracking unless it is kept; give back the top speed."""
         try:
             self._learn()
             if keep_tracking and not self._control & _REMOTE:
                 self._write_control(self._control & ~_SLEW)
-                self._direct.end()
             else:
-                self.stop(time)
-            self._restore_speed()
+                self._halt()
+            try:
+                self._direct.end()
+            finally:  # the unit has ended its slew, whatever becomes of the process beside it
+                self._restore_speed()
         finally:
             self._unit.close()
 

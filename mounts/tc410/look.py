@@ -48,6 +48,11 @@ class Look:
         """Whether the motors have power."""
         return "motor_power_enabled" in self._asserted("supply_flags")
 
+    @property
+    def stands(self) -> bool:
+        """Whether nothing moves the telescope but its own tracking."""
+        return not any(self.slewing) and not set(self.motion).difference({"tracking"})
+
     def disturbed(self, source: str) -> bool:
         """Whether something but a slew and `source`, the host's own, moves the telescope or hinders it."""
         hands = _HANDS.difference((source,)).intersection(self.motion)

@@ -10,10 +10,12 @@ from clockdrive import Telescope
 from clockdrive.clock import SystemClock, VirtualClock
 from clockdrive.clock_watch import ClockStep
 from clockdrive.errors import InputError, OwnedElsewhere, Refused, StateError
+from clockdrive.state import Activity
 from mounts.errors import DriveError
 from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
+from pointing.limits import separation
 from transports.errors import LinkError, NoAnswer
 
 
@@ -171,6 +173,109 @@ def test_a_limit_switch_stops_the_slew_and_the_way_back_is_free(scope):
     assert scope.status()["limits"] == []
 
 
+def held_stick(scope, x, y=128):
+    """Let the joystick move the axes, and hold it at these ADC values."""
+    drive = scope._session.drive
+    drive._write_control(drive._control | by_name("velocity_control").mask("joystick"))
+    scope.simulator.joystick(x, y)
+
+
+def altitude_deg(scope):
+    return scope.status()["observed"]["altitude_deg"]
+
+
+@pytest.mark.parametrize("adc", [30, 1], ids=["at half a degree a second", "at full speed"])
+def test_a_joystick_held_towards_the_horizon_is_stopped_before_it_and_moves_nothing_until_let_go(adc, scope):
+    scope.goto("altaz:90,25")
+    scope.stop()
+    scope.wait(5.0)
+    held_stick(scope, adc)
+    lowest = 90.0
+    for _ in range(240):
+        scope.wait(0.5)
+        lowest = min(lowest, altitude_deg(scope))
+    status = scope.status()
+    print(f"lowest altitude {lowest:.3f}° of 15°; {status['trouble']}")
+    assert lowest > 15.0
+    assert status["trouble"].startswith("moved by joystick: stopped before it would lead out of what is allowed")
+    assert not moving(scope)
+    assert kinds(scope).count("stopped") == 2  # by command before, and once now
+    scope.simulator.joystick(128, 128)
+    scope.wait(4.0)
+    scope.simulator.joystick(226, 128)
+    scope.wait(6.0)
+    assert altitude_deg(scope) > lowest + 1.0, "the way back is free"
+
+
+@pytest.mark.parametrize("doing", ["idle", "parked"])
+def test_below_the_horizon_a_joystick_leads_out_freely_and_deeper_not_at_all(doing, tmp_path):
+    with telescope(tmp_path) as scope:
+        scope.goto("altaz:90,20")
+        scope.stop()
+        later = scope.clock.now() + 60.0
+    with telescope(tmp_path, start=later, limits__horizon_deg=30.0) as scope:
+        if doing == "parked":
+            scope._session.store.record_parked(parked=True, time=later)
+            scope._session.now_doing("parked")
+        scope.wait(4.0)
+        before = altitude_deg(scope)
+        held_stick(scope, 30)
+        deepest = before
+        for _ in range(60):
+            scope.wait(0.5)
+            deepest = min(deepest, altitude_deg(scope))
+        print(f"{doing}: from {before:.2f}° to {deepest:.2f}° at worst; {scope.status()['trouble']}")
+        assert not moving(scope)
+        assert deepest > before - 1.5  # two seconds until it is seen, and the way to rest
+        assert "below the horizon limit of 30.00°" in scope.status()["trouble"]
+        scope.simulator.joystick(226, 128)
+        scope.wait(40.0)
+        assert altitude_deg(scope) > 30.0
+        assert scope.status()["doing"] == doing
+
+
+def test_a_joystick_held_towards_the_sun_is_stopped_before_its_zone(tmp_path):
+    morning = T0 - 9.0 * 3600.0
+    with telescope(tmp_path, start=morning, limits__sun_avoidance_deg=20.0) as scope:
+        x, y, z = scope._session.planner.sky.at(Instant.from_posix(morning + 60.0)).sun()
+        azimuth, altitude = math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.asin(z))
+        scope.goto(f"altaz:{azimuth},{altitude - 27.0}")
+        scope.stop()
+        planner, session, nearest = scope._session.planner, scope._session, math.inf
+        held_stick(scope, 128, 226 if planner.angles(session.reading.counts)[1] < 0.0 else 30)
+
+        def distance():
+            sun = planner.sky.at(Instant.from_posix(scope.clock.now())).sun()
+            return math.degrees(separation(planner.observed(session.reading.counts), sun))
+
+        first = distance()
+        for _ in range(120):
+            scope.wait(0.5)
+            nearest = min(nearest, distance())
+        print(f"from {first:.2f}° to {nearest:.3f}° from the Sun, 20° must be kept; {scope.status()['trouble']}")
+        assert first - 2.0 > nearest > 20.0
+        assert "inside its zone of 20.0°" in scope.status()["trouble"]
+        assert not moving(scope)
+
+
+def test_a_hand_while_a_pass_is_waited_for_is_stopped_before_the_limit(scope):
+    scope.goto("altaz:90,25")
+    scope.stop()
+    scope.wait(5.0)
+    session = scope._session
+    session.begin(Activity("waiting", scope.clock.now(), scope.clock.now() + 600.0, detail="a pass"))
+    held_stick(scope, 30)
+    lowest = 90.0
+    for _ in range(60):
+        scope.wait(0.5)
+        lowest = min(lowest, altitude_deg(scope))
+    print(f"lowest altitude {lowest:.3f}° of 15°; {scope.status()['trouble']}")
+    assert lowest > 15.0
+    assert scope.status()["doing"] == "idle"
+    assert "before it would lead out" in scope.status()["trouble"]
+    assert not moving(scope)
+
+
 def test_what_another_program_moves_by_remote_control_is_stopped_before_a_limit(scope):
     """It sets velocity and bit itself, while nothing is asked of this one."""
     scope.goto("altaz:90,40")
@@ -288,6 +393,44 @@ def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
         assert scope.status()["doing"] == "parked"
         scope.unpark()
         assert scope.goto("best")["slews"] == 1
+
+
+@pytest.mark.parametrize("way", ["Sun", "horizon"])
+def test_a_park_whose_straight_way_is_barred_goes_round_in_two_legs(way, tmp_path):
+    """The zone of the Sun, or a tree, stands in the middle of the straight way."""
+    morning = T0 - 9.0 * 3600.0
+    with telescope(tmp_path, start=morning) as scope:
+        planner = scope._session.planner
+        x, y, z = planner.sky.at(Instant.from_posix(morning + 120.0)).sun()
+        middle = planner.mount.axes((x, y, z), "normal")
+        start, park = ((middle[0] + turn, middle[1]) for turn in (math.radians(-40.0), math.radians(40.0)))
+        scope._perform(scope._slewing.to_angles("start", start, lambda _: None))
+        later = scope.clock.now()
+    bars = {"limits__sun_avoidance_deg": 20.0}
+    if way == "horizon":
+        azimuth, altitude = math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.asin(z))
+        tree = ((azimuth - 9.0, 15.0), (azimuth - 8.0, altitude + 3.0), (azimuth + 8.0, altitude + 3.0))
+        table = "".join(f"{a % 360.0},{e}\n" for a, e in (*tree, (azimuth + 9.0, 15.0)))
+        (tmp_path / "trees.csv").write_text("azimuth_deg,altitude_deg\n" + table)
+        bars = {"limits__horizon": str(tmp_path / "trees.csv")}
+    parks = {f"axis{i}__park_deg": math.degrees(angle) for i, angle in enumerate(park, start=1)}
+    with telescope(tmp_path, start=later, **bars, **parks) as scope:
+        session = scope._session
+        with pytest.raises(Unreachable, match=way):
+            session.planner.plan_axes("park", park, session.start(), session.timing())
+        witness = Witness(scope)
+        broken = []
+
+        def look(_):
+            checks = session.planner.standing(witness.angles(witness.now()), scope.clock.now())
+            broken.extend(check.detail for check in checks if not check.ok)
+
+        scope.park(look)
+        print(f"{way}: parked in {len(witness.arrivals)} legs")
+        assert len(witness.arrivals) == 2
+        assert not broken
+        assert scope.status()["doing"] == "parked"
+        assert witness.angles(witness.now()) == pytest.approx(park, abs=math.radians(2 * DEG_PER_COUNT))
 
 
 def test_an_embedded_telescope_goes_on_when_the_clock_was_set_back(tmp_path):

@@ -6,15 +6,17 @@ import random
 import re
 
 import pytest
-from tc410_bench import STEP_ARCSEC, T0, Bench, OnSky, Straight
+from tc410_bench import STEP_ARCSEC, T0, Bench, Beside, OnSky, Straight, bench_beside
 
 from clockdrive import tc410_assembly
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
+from mounts.deadman import DeadManError
 from mounts.drive import AxisSlew, Drive
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from mounts.tc410.drive import TC410
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND
+from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, by_name
+from transports.errors import TransportError
 from transports.memory import MemoryLink
 from transports.modbus_ascii import ModbusAscii
 
@@ -174,6 +176,55 @@ def test_a_slower_slew_never_goes_faster_and_gives_the_speed_back() -> None:
     bench.slew(AxisSlew(CENTRE + 200, max_rate=700.0), AxisSlew(CENTRE))
     bench.drive.close(bench.now, keep_tracking=False)
     assert bench.unit.memory.raw("axis1_max_speed") == full
+
+
+def test_a_slower_slew_whose_start_and_stops_go_unanswered_never_goes_faster(monkeypatch) -> None:
+    """The unit slews, and the driver has no word of it: what it lowered stays so until the axes stand."""
+    bench, write = Bench(), TC410._write_control
+    full = bench.unit.memory.raw("axis1_max_speed")
+
+    def unanswered(drive: TC410, bits: int) -> float:
+        bench.line.deaf_to_answers = bool(bits & by_name("velocity_control").mask("slew_to_target"))
+        return write(drive, bits)
+
+    monkeypatch.setattr(TC410, "_write_control", unanswered)
+    with pytest.raises(TransportError):
+        bench.slew(AxisSlew(CENTRE + 20_000, max_rate=700.0), AxisSlew(CENTRE))
+    bench.line.deaf_to_answers, bench.line.dead = False, True
+    with pytest.raises(TransportError):
+        bench.drive.stop(bench.now)
+    bench.line.dead = False
+    fastest = 0.0
+    for _ in range(100):
+        assert bench.drive.read(bench.now).axes[0].slewing
+        bench.wait(0.1)
+        fastest = max(fastest, abs(bench.velocity(0)))
+    print(f"fastest {fastest:.2f} of 700 counts/s")
+    assert 695.0 < fastest <= 700.0
+    bench.drive.stop(bench.now)
+    bench.wait(2.0)
+    bench.drive.read(bench.now)
+    assert bench.unit.memory.raw("axis1_max_speed") == full, "given back when the axes stand"
+
+
+def test_what_was_lowered_is_given_back_when_the_dead_man_process_cannot_be_let_go() -> None:
+    guardian = Beside()
+    bench = bench_beside(guardian)
+    full = bench.unit.memory.raw("axis1_max_speed")
+
+    def broken() -> None:
+        raise DeadManError("the dead-man process does not answer")
+
+    for keep_tracking in (False, True):
+        bench.slew(AxisSlew(CENTRE + 5000, max_rate=700.0), AxisSlew(CENTRE))
+        bench.drive.stand_by(bench.now)
+        guardian.disarm = broken
+        assert bench.unit.memory.raw("axis1_max_speed") < full
+        with pytest.raises(DeadManError):
+            bench.drive.close(bench.now, keep_tracking=keep_tracking)
+        assert bench.unit.memory.raw("axis1_max_speed") == full
+        assert not bench.kept["restore"]
+        bench.drive.connect(bench.now, make_safe=True)
 
 
 def test_a_host_kept_from_its_work_between_a_request_and_its_stamp_loses_no_position(monkeypatch) -> None:
