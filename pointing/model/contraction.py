@@ -17,6 +17,8 @@ from pointing.model.normal_equations import NormalEquations
 
 Array = NDArray[np.float64]
 
+_SURE = 30.0  # times what one direction shows: others may be worse
+
 
 class Contraction(NamedTuple):
     """By how much a round brings coefficients nearer to where they settle.
@@ -32,9 +34,12 @@ class Contraction(NamedTuple):
     linear: float = 1.0
     quadratic: float = 0.0
 
-    @classmethod
-    def measured(cls, equations: NormalEquations, projected: Array, step: Array) -> "Contraction":
-        """Take it from two rounds.
+    def bent(self, length: float, second: float) -> "Contraction":
+        """Return it where a step of one length was followed by a second one of another, with the same derivatives."""
+        return self._replace(quadratic=_SURE * second / length**2)
+
+    def turned(self, equations: NormalEquations, projected: Array, step: Array) -> "Contraction":
+        """Return it with the linear part that two rounds show.
 
         Parameters
         ----------
@@ -47,11 +52,9 @@ class Contraction(NamedTuple):
         """
         length = equations.length(step)
         if not length:
-            return cls()
-        turned, curved = equations.right - projected, projected
-        return cls(
-            equations.length(equations.inverse @ turned) / length,
-            equations.length(equations.inverse @ curved) / length**2,
+            return self
+        return self._replace(
+            linear=_SURE * equations.length(equations.inverse @ (equations.right - projected)) / length
         )
 
     def at_most(self, length: float, previous: float) -> "Contraction":

@@ -7,10 +7,11 @@ and not of the units, and σ and correlations come from the same decomposition a
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pointing.model.functions import once
 
 Array = NDArray[np.float64]
 
@@ -68,13 +69,13 @@ class NormalEquations:
         """Weighted sum of squared residuals after a change of the coefficients, to first order."""
         return float(self.square - change @ (2.0 * self.right - self.matrix @ change))
 
-    @cached_property
+    @once
     def scale(self) -> Array:
         """Length of each column of √W M; 1 for a column of zeros."""
         length = np.sqrt(self.matrix.diagonal())
         return np.where(length > 0.0, length, 1.0)
 
-    @cached_property
+    @once
     def _eigen(self) -> tuple[Array, Array]:
         values, vectors = np.linalg.eigh(self.matrix / (self.scale[:, None] * self.scale))
         return values, vectors
@@ -96,7 +97,7 @@ class NormalEquations:
             return None
         return np.asarray(np.linalg.norm(vectors[:, values < SINGULAR * values[-1]], axis=1))
 
-    @cached_property
+    @once
     def inverse(self) -> Array:
         """(MᵀWM)⁻¹."""
         values, vectors = self._eigen

@@ -19,13 +19,12 @@ equatorial mount).
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NoReturn
 
 from pointing.errors import PointingError, Unreachable
-from pointing.model.functions import Real, dot
+from pointing.model.functions import Real, dot, once
 from pointing.model.place import Frame, MountKind, Place
-from pointing.model.rigid_step import RigidStep, rigid_members
+from pointing.model.rigid_step import RigidStep, rigid_terms
 from pointing.model.term_step import TermStep
 from pointing.model.terms import Term, refuse_twice, terms
 from pointing.model.undo import undone
@@ -105,7 +104,7 @@ class PointingModel:
         values = tuple(math.radians(value / 3600.0) for value in arcsec.values())
         return cls(kind, math.radians(latitude_deg), listed, values, caption)
 
-    @cached_property
+    @once
     def frame(self) -> Frame:
         """In which the places stand."""
         return Frame(self.kind, self.latitude)
@@ -122,25 +121,26 @@ class PointingModel:
         values = tuple(float(value) for value in coefficients)
         return PointingModel(self.kind, self.latitude, self.terms, values, self.caption)
 
-    @cached_property
+    @once
     def _sequence(self) -> tuple[tuple[int, Term, float], ...]:
         """(position in the model, term, coefficient) as they are applied."""
         listed = enumerate(zip(self.terms, self.coefficients, strict=True))
         return tuple(sorted(((i, *pair) for i, pair in listed), key=lambda three: three[1].rank))
 
-    @cached_property
+    @once
     def _last_step2(self) -> float:
         """Square of a Newton step, in units of cos lat, after which no other counts."""
         numbers = (getattr(factor, "number", 1) for each in self.terms for factor in each.factors)
         return (_LAST_STEP / max(numbers, default=1)) ** 2
 
-    @cached_property
+    @once
     def _steps(self) -> tuple[RigidStep | TermStep, ...]:
         """The terms as they are applied, the rigid ones as one step."""
-        reading = next((n for n, three in enumerate(self._sequence) if three[1].rank >= 0), len(self._sequence))
-        rigid = rigid_members(self._sequence[reading:])
-        single = [TermStep(*three) for three in self._sequence]
-        return (*single[:reading], *((RigidStep(rigid),) if rigid else ()), *single[reading + len(rigid) :])
+        reading = [member for member in self._sequence if member[1].rank < 0]
+        order = self._sequence[len(reading) :]
+        rigid = order[: len(rigid_terms([term for _, term, _ in order]))]
+        first, last = ([TermStep(*member) for member in part] for part in (reading, order[len(rigid) :]))
+        return (*first, *((RigidStep(rigid),) if rigid else ()), *last)
 
     def star(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates of the star on which the telescope points, radians, floats or arrays."""

@@ -27,25 +27,21 @@ Rows = tuple[Vector, Vector, Vector]
 Member = tuple[int, Term, float]  # position in the model, term, coefficient
 
 INDEX1, INDEX2, COLLIMATION, SKEW, TILT = "HA", "DE", "XS", "PV", "ULNW"
-ONCE = COLLIMATION + SKEW  # two of these one after the other are not their sum
 _AXES: dict[str, Vector] = {"U": (0.0, -1.0, 0.0), "L": (1.0, 0.0, 0.0), "N": (0.0, 1.0, 0.0), "W": (1.0, 0.0, 0.0)}
-_KINDS = {letter: kind for kind in (INDEX1, INDEX2, COLLIMATION, SKEW, TILT) for letter in kind}
+KINDS = {letter: kind for kind in (INDEX1, INDEX2, COLLIMATION, SKEW, TILT) for letter in kind}
+"""What a result is of a rigid mount."""
+
 _SAME: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _POLE: Vector = (0.0, 0.0, 1.0)
 
 
-def is_rigid(term: Term) -> bool:
-    """Whether a term's motion is that of a rigid mount."""
-    return not term.factors and term.result in _KINDS
-
-
-def rigid_members(order: Sequence[Member]) -> Sequence[Member]:
-    """Return those terms at the beginning that make one `RigidStep`."""
+def rigid_terms(order: Sequence[Term]) -> Sequence[Term]:
+    """Return those terms at the beginning of an order that are those of a rigid mount, and make one motion."""
     seen = ""
-    for n, (_, term, _) in enumerate(order):
-        if not is_rigid(term) or term.result in seen:
+    for n, term in enumerate(order):
+        if term.factors or term.result not in KINDS or term.result in seen:
             return order[:n]
-        seen += term.result if term.result in ONCE else ""
+        seen += term.result if KINDS[term.result] in (COLLIMATION, SKEW) else ""  # two are not their sum
     return order
 
 
@@ -65,7 +61,7 @@ class RigidStep:
         tilt = _SAME
         for i, term, coefficient in members:
             sign = term.sign * term.moves.sign
-            kind = _KINDS[term.result]
+            kind = KINDS[term.result]
             self._kinds.append((i, kind, sign))
             if kind != TILT:
                 sums[kind] += coefficient * sign
