@@ -72,7 +72,9 @@ def functions_of(value: Real) -> Functions:
 
 
 def dot(a: Real, p: Real, b: Real, q: Real) -> Real:
-    """Return a p + b q; products with the numbers 0 and 1 are not computed."""
+    """Return a p + b q; of arrays, products with the numbers 0 and 1 are not computed."""
+    if type(p) is float and type(a) is float and type(q) is float and type(b) is float:
+        return a * p + b * q
     one, other = product(a, p), product(b, q)
     if type(one) is float and not one:
         return other
@@ -80,7 +82,7 @@ def dot(a: Real, p: Real, b: Real, q: Real) -> Real:
 
 
 def product(a: Real, p: Real) -> Real:
-    """Return a p; with the numbers 0 and 1 nothing is computed."""
+    """Return a p; of arrays, products with the numbers 0 and 1 are not computed."""
     if type(a) is float:
         if not a:
             return 0.0

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from pointing.model.functions import Real, functions_of, once
+from pointing.model.functions import SCALAR, Real, functions_of, once
 
 MountKind = Literal["equatorial", "altazimuth"]
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
@@ -64,6 +64,8 @@ class Place:
     def __init__(self, frame: Frame, lon: Real, lat: Real) -> None:
         self.frame, self.functions = frame, functions_of(lat)
         self.lon, self.lat = lon, lat
+        if self.functions is SCALAR:  # cheaper at once
+            self.sin_lat, self.cos_lat = math.sin(lat), math.cos(lat)
 
     @once
     def sin_lat(self) -> Real:
