@@ -7,7 +7,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from pointing.model.functions import Real
+from pointing.model.functions import Real, dot, product
 from pointing.model.place import Angle, Place
 
 _HORIZON = math.cos(math.radians(89.0))  # least cosine of a tangent
@@ -62,7 +62,7 @@ class Factor:
             held = f.at_least(cosine, _HORIZON)
             value = sine / held
             slope = n * (cosine / held + value * value * (cosine > _HORIZON))
-        return value, slope * by_lon, slope * by_lat
+        return value, product(slope, by_lon), product(slope, by_lat)
 
 
 _WORDS = {"S": "sin", "C": "cos", "T": "tan"}
@@ -116,4 +116,6 @@ def largest(factors: Factors) -> float:
 
 
 def _times(one: Angle, other: Angle) -> Angle:
-    return one[0] * other[0], one[1] * other[0] + one[0] * other[1], one[2] * other[0] + one[0] * other[2]
+    (value, *slopes), (factor, *others) = one, other
+    by_lon, by_lat = (dot(a, factor, value, b) for a, b in zip(slopes, others, strict=True))
+    return value * factor, by_lon, by_lat

@@ -33,7 +33,7 @@ def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
     PointingError
         Names the terms, why they are the same, and what to leave out.
     """
-    found = combination(terms, frame)
+    found = combination(tuple(terms), frame)
     if found is None:
         return
     term, others = found
@@ -45,9 +45,10 @@ def refuse_degenerate(terms: Sequence[Term], frame: Frame) -> None:
     )
 
 
-def combination(terms: Sequence[Term], frame: Frame) -> tuple[Term, tuple[tuple[Term, float], ...]] | None:
+@lru_cache(maxsize=256)
+def combination(terms: tuple[Term, ...], frame: Frame) -> tuple[Term, tuple[tuple[Term, float], ...]] | None:
     """Return the first term that is a combination of those before it, and the factors of these; None without one."""
-    terms = [term for term in terms if _effect(term, frame).any()]  # without effect here: the run will tell
+    terms = tuple(term for term in terms if _effect(term, frame).any())  # without effect here: the run will tell
     if not terms:
         return None
     effects = np.stack([_effect(term, frame) for term in terms], axis=1)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pointing.model.place import Place
 from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun
 
@@ -41,20 +42,19 @@ class Block(NamedTuple):
 def blocks(run: PointingRun, model: PointingModel, size: int = _BLOCK) -> Iterator[Block]:
     """Yield a run's residuals and design matrix against a model."""
     for where in _slices(len(run), size):
-        lon, lat, jacobian = model.star_and_jacobian(run.axis1[where], run.axis2[where])
-        residual = _residual(run, where, lon, lat)
-        design = np.empty((*residual.shape, len(model.terms)))
-        for j, (along, up) in enumerate(jacobian.by_coefficient):
-            design[0, :, j] = along
-            design[1, :, j] = up
-        yield Block(where, residual, design)
+        place, jacobian = model.star_place_and_jacobian(run.axis1[where], run.axis2[where])
+        residual = _residual(run, where, place)
+        columns = np.empty((len(model.terms), *residual.shape))  # a term's derivatives lie together
+        for column, (along, up) in zip(columns, jacobian.by_coefficient, strict=True):
+            column[0], column[1] = along, up
+        yield Block(where, residual, columns.transpose(1, 2, 0))
 
 
 def residuals(run: PointingRun, model: PointingModel) -> Array:
     """Return (2, n) residuals dX, dY, radians."""
     found = np.empty((2, len(run)))
     for where in _slices(len(run), _BLOCK):
-        found[:, where] = _residual(run, where, *model.star(run.axis1[where], run.axis2[where]))
+        found[:, where] = _residual(run, where, model.star_place(run.axis1[where], run.axis2[where]))
     return found
 
 
@@ -62,15 +62,12 @@ def _slices(n: int, size: int) -> Iterator[slice]:
     return (slice(begin, min(begin + size, n)) for begin in range(0, n, size))
 
 
-def _residual(run: PointingRun, where: slice, lon: Array, lat: Array) -> Array:
+def _residual(run: PointingRun, where: slice, place: Place) -> Array:
     """Components of the star's direction along the unit vectors of the predicted place."""
     star1, star2 = run.star1[where], run.star2[where]
-    beyond = np.where(np.cos(run.axis2[where]) < 0.0, -1.0, 1.0)
-    cos_star, sin_star = beyond * np.cos(star2), np.sin(star2)
-    apart = beyond * np.sin(star1 - lon), beyond * np.cos(star1 - lon)
-    return np.stack(
-        (
-            cos_star * apart[0],
-            sin_star * np.cos(lat) - cos_star * apart[1] * np.sin(lat),
-        )
-    )
+    level, up = np.cos(star2), np.sin(star2)
+    x, y = level * np.cos(star1), level * np.sin(star1)
+    residual = np.empty((2, star1.size))
+    residual[0] = y * place.cos_lon - x * place.sin_lon
+    residual[1] = up * place.cos_lat - (x * place.cos_lon + y * place.sin_lon) * place.sin_lat
+    return residual

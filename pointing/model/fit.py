@@ -3,8 +3,12 @@
     result = fit(run, "IH ID CH NP MA ME TF")
 
 The sum of squared distances between star and prediction is minimised. Each round gathers the normal equations of the
-whole run block by block. A long run is first fitted on a part spread evenly over it, so that one or two rounds over
-all of it suffice.
+whole run block by block. A long run is first fitted on a part spread evenly over it, so that one round over all of it
+suffices.
+
+In a short run the step of a round is followed by a second one with the same derivatives (both together converge with
+the third order, Traub 1964). What a round leaves of a change is foretold by `Contraction`, so that the last one need
+not be made.
 """
 
 import math
@@ -15,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pointing.errors import PointingError
+from pointing.model.contraction import Contraction
 from pointing.model.degeneracy import refuse_degenerate, refuse_inseparable
 from pointing.model.design import blocks, residuals
 from pointing.model.fitted import Fit
@@ -27,6 +32,8 @@ from pointing.model.terms import PIER_TERMS, Term, term, terms
 Array = NDArray[np.float64]
 
 _PART = 1500  # observations of a long run that give the start
+_LONG = 2 * _PART  # observations; of no more, the derivatives are kept for the next round
+_CHORD = 0.1  # of a step; a second one with the same derivatives is taken if it is less than this
 _SETTLED = 1e-10  # rad; a change of coefficients below 2e-5″ is none
 _WORSE = 1.0 + 1e-9  # growth of the sum of squares that is more than rounding
 _ROUNDS = 60
@@ -137,10 +144,10 @@ def _settled(run: PointingRun, start: PointingModel, free: NDArray[np.bool_], *,
     """Iterate to the least sum of squares."""
     weight = np.where(run.kept, run.weight, 0.0)
     used = np.flatnonzero(weight > 0.0)
-    model, contraction = start, 1.0
-    if used.size > 2 * _PART:
+    model, contraction = start, Contraction()
+    if used.size > _LONG:
         part = run.subset(_spread(len(run), used))
-        model, _, contraction = _gauss_newton(part, model, free, np.where(part.kept, part.weight, 0.0), contraction)
+        model, _, contraction = _gauss_newton(part, model, free, part.weight, contraction)
     model, equations, contraction = _gauss_newton(run, model, free, weight, contraction)
     rounds = 0
     while robust:
@@ -163,8 +170,8 @@ def _spread(n: int, used: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 
 def _gauss_newton(
-    run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array, contraction: float
-) -> tuple[PointingModel, NormalEquations, float]:
+    run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array, contraction: Contraction
+) -> tuple[PointingModel, NormalEquations, Contraction]:
     """Return the settled model, its normal equations and by how much a round brings it nearer.
 
     The square of the equations is that of the residuals of the returned model. Where terms are hardly told apart, the
@@ -172,28 +179,37 @@ def _gauss_newton(
     """
     listed = [each for each, is_free in zip(model.terms, free, strict=True) if is_free]
     base, change = np.array(model.coefficients), np.zeros(len(listed))
-    largest, least, damping, settled = math.inf, math.inf, 0.0, NormalEquations.empty(len(listed))
+    length, least, damping, settled = math.inf, math.inf, 0.0, NormalEquations.empty(len(listed))
+    before: list[Array] = []  # derivatives of the round before, if its step was a whole one
     for _ in range(_ROUNDS):
-        equations = _gathered(run, model, free, weight)
+        equations, projected, derivatives = _gathered(run, model, free, weight, before)
         if equations.square > least * _WORSE:
             damping = settled.next_damping(damping)
-            change = settled.solution(damping)
+            change, before = settled.solution(damping), []
         else:
             shares = equations.inseparable()
             if shares is not None:
                 refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
+            if before:
+                contraction = contraction.turned(equations, projected, change)
             base, least, settled = np.array(model.coefficients), equations.square, equations
-            before, change, previous = change, equations.solution(damping), largest
-            if equations.reverses(before, change):
+            last, change, previous = change, equations.solution(damping), length
+            if equations.reverses(last, change):
                 damping = equations.next_damping(damping)
                 change = equations.solution(damping)
             _refuse_nonsense(listed, base[free] + change)
-            largest = float(np.max(np.abs(change), initial=0.0))
-            if math.isfinite(previous) and previous > 0.0:
-                contraction = min(contraction, largest / previous)
-            if largest * contraction < _SETTLED:
+            largest, length = float(np.abs(change).max(initial=0.0)), equations.length(change)
+            if not before and 0.0 < previous < math.inf:
+                contraction = contraction.at_most(length, previous)
+            if min(largest, contraction.left(length) * equations.least_seen) < _SETTLED:
                 left = max(equations.square - float(change @ equations.right), 0.0)
                 return _moved(model, base, free, change), replace(equations, square=left), contraction
+            before = [] if damping else derivatives
+            if before and length:
+                second = equations.inverse @ _projected(run, _moved(model, base, free, change), weight, before)
+                if equations.length(second) < _CHORD * length:
+                    contraction = contraction.bent(length, equations.length(second))
+                    change = change + second
         model = _moved(model, base, free, change)
     raise PointingError(
         f"the fit does not settle: after {_ROUNDS} rounds a coefficient still changes by "
@@ -202,12 +218,35 @@ def _gauss_newton(
     )
 
 
-def _gathered(run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array) -> NormalEquations:
-    """The normal equations of the free terms at a model."""
-    equations = NormalEquations.empty(int(free.sum()))
-    for block in blocks(run, model):
-        equations = equations.added(block.residual, block.design[:, :, free], weight[block.where])
-    return equations
+def _gathered(
+    run: PointingRun, model: PointingModel, free: NDArray[np.bool_], weight: Array, before: Sequence[Array]
+) -> tuple[NormalEquations, Array, list[Array]]:
+    """The normal equations of the free terms at a model.
+
+    And the residuals there on the derivatives `before`, block by block; and the derivatives, if the run is short.
+    """
+    k = int(np.count_nonzero(free))
+    equations, projected, derivatives = NormalEquations.empty(k), np.zeros(k), []
+    for n, block in enumerate(blocks(run, model)):
+        design = block.design if k == free.size else block.design[:, :, free]
+        equations = equations.added(block.residual, design, weight[block.where])
+        if before:
+            projected = projected + _onto(before[n], block.residual * weight[block.where])
+        if len(run) <= _LONG:
+            derivatives.append(design)
+    return equations, projected, derivatives
+
+
+def _projected(run: PointingRun, model: PointingModel, weight: Array, derivatives: Sequence[Array]) -> Array:
+    """The residuals of a model on derivatives of another."""
+    weighted = residuals(run, model) * weight
+    ends = np.cumsum([each.shape[1] for each in derivatives])
+    parts = [_onto(each, weighted[:, end - each.shape[1] : end]) for each, end in zip(derivatives, ends, strict=True)]
+    return np.asarray(sum(parts))
+
+
+def _onto(derivatives: Array, weighted: Array) -> Array:
+    return np.asarray(weighted.ravel() @ derivatives.reshape(weighted.size, -1))
 
 
 def _moved(model: PointingModel, base: Array, free: NDArray[np.bool_], change: Array) -> PointingModel:
@@ -218,6 +257,8 @@ def _moved(model: PointingModel, base: Array, free: NDArray[np.bool_], change: A
 
 
 def _refuse_nonsense(listed: Sequence[Term], coefficients: Array) -> None:
+    if np.abs(coefficients).max(initial=0.0) <= math.pi / 4:
+        return
     for each, value in zip(listed, coefficients, strict=True):
         if not abs(value) <= math.pi / 4:
             raise PointingError(

@@ -71,6 +71,36 @@ def functions_of(value: Real) -> Functions:
     return ARRAY if isinstance(value, np.ndarray) else SCALAR
 
 
+def dot(a: Real, p: Real, b: Real, q: Real) -> Real:
+    """Return a p + b q; of arrays, products with the numbers 0 and 1 are not computed."""
+    if type(p) is float and type(a) is float and type(q) is float and type(b) is float:
+        return a * p + b * q
+    one, other = product(a, p), product(b, q)
+    if type(one) is float and not one:
+        return other
+    return one if type(other) is float and not other else one + other
+
+
+def product(a: Real, p: Real) -> Real:
+    """Return a p; of arrays, products with the numbers 0 and 1 are not computed."""
+    if type(a) is float:
+        if not a:
+            return 0.0
+        if a == 1.0:
+            return p
+    if type(p) is float:
+        if not p:
+            return 0.0
+        if p == 1.0:
+            return a
+    return a * p
+
+
+def ratio(a: Real, p: Real) -> Real:
+    """Return a / p; with the number 0 nothing is computed."""
+    return 0.0 if type(a) is float and not a else a / p
+
+
 class once(Generic[T]):  # noqa: N801 - a decorator
     """A property computed when it is first asked for; `functools.cached_property` takes a lock in Python 3.11."""
 

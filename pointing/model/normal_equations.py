@@ -4,12 +4,14 @@ Columns are scaled to unit length before anything is decided: the condition is t
 and not of the units, and σ and correlations come from the same decomposition as the solution.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pointing.model.functions import once
 
 Array = NDArray[np.float64]
 
@@ -67,15 +69,15 @@ class NormalEquations:
         """Weighted sum of squared residuals after a change of the coefficients, to first order."""
         return float(self.square - change @ (2.0 * self.right - self.matrix @ change))
 
-    @cached_property
+    @once
     def scale(self) -> Array:
         """Length of each column of √W M; 1 for a column of zeros."""
-        length = np.sqrt(np.diag(self.matrix))
+        length = np.sqrt(self.matrix.diagonal())
         return np.where(length > 0.0, length, 1.0)
 
-    @cached_property
+    @once
     def _eigen(self) -> tuple[Array, Array]:
-        values, vectors = np.linalg.eigh(self.matrix / np.outer(self.scale, self.scale))
+        values, vectors = np.linalg.eigh(self.matrix / (self.scale[:, None] * self.scale))
         return values, vectors
 
     @property
@@ -91,14 +93,24 @@ class NormalEquations:
         if not self.scale.size:
             return None
         values, vectors = self._eigen
-        unseen = vectors[:, values < SINGULAR * values[-1]]
-        return np.linalg.norm(unseen, axis=1) if unseen.size else None
+        if values[0] >= SINGULAR * values[-1]:
+            return None
+        return np.asarray(np.linalg.norm(vectors[:, values < SINGULAR * values[-1]], axis=1))
 
-    @cached_property
+    @once
     def inverse(self) -> Array:
         """(MᵀWM)⁻¹."""
         values, vectors = self._eigen
-        return np.asarray((vectors / values) @ vectors.T / np.outer(self.scale, self.scale))
+        return np.asarray((vectors / values) @ vectors.T / (self.scale[:, None] * self.scale))
+
+    @property
+    def least_seen(self) -> float:
+        """Most that a coefficient changes, radians, in a change of length 1."""
+        return math.sqrt(float(self.inverse.diagonal().max(initial=0.0)))
+
+    def length(self, change: Array) -> float:
+        """√(xᵀ MᵀWM x) of a change x of the coefficients: what it moves on the sky, over all observations."""
+        return math.sqrt(max(float(change @ self.matrix @ change), 0.0))
 
     def solution(self, damping: float = 0.0) -> Array:
         """Return the coefficients' change, radians.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from pointing.model.functions import Real, functions_of, once
+from pointing.model.functions import SCALAR, Real, functions_of, once
 
 MountKind = Literal["equatorial", "altazimuth"]
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
@@ -62,10 +62,20 @@ class Place:
     """A place, or arrays of places, at mechanical coordinates; angles are computed when they are first asked for."""
 
     def __init__(self, frame: Frame, lon: Real, lat: Real) -> None:
-        f = functions_of(lat)
-        self.frame, self.functions = frame, f
+        self.frame, self.functions = frame, functions_of(lat)
         self.lon, self.lat = lon, lat
-        self.sin_lat, self.cos_lat = f.sin(lat), f.cos(lat)
+        if self.functions is SCALAR:  # cheaper at once
+            self.sin_lat, self.cos_lat = math.sin(lat), math.cos(lat)
+
+    @once
+    def sin_lat(self) -> Real:
+        """Sin lat."""
+        return self.functions.sin(self.lat)
+
+    @once
+    def cos_lat(self) -> Real:
+        """Cos lat."""
+        return self.functions.cos(self.lat)
 
     @once
     def sin_lon(self) -> Real:
@@ -109,6 +119,84 @@ class Place:
         Azimuth counts from south through east, as in the functions of TPOINT's generic terms.
         """
         return _ANGLES[self.frame.kind][letter](self)
+
+
+class ShiftedPlace(Place):
+    """A place beside another, of which it takes the sines and cosines of what is the same.
+
+    Parameters
+    ----------
+    before : Place
+        The other.
+    by_lon, by_lat : float or array
+        Added to its coordinates, radians; the number 0 for the same.
+    """
+
+    def __init__(self, before: Place, by_lon: Real, by_lat: Real) -> None:
+        self.frame, self.functions, self._before = before.frame, before.functions, before
+        self._by_lon, self._by_lat = by_lon, by_lat
+        self._same_lon, self._same_lat = (type(by) is float and not by for by in (by_lon, by_lat))
+
+    @once
+    def lon(self) -> Real:
+        """Radians."""
+        return self._before.lon if self._same_lon else self._before.lon + self._by_lon
+
+    @once
+    def lat(self) -> Real:
+        """Radians."""
+        return self._before.lat if self._same_lat else self._before.lat + self._by_lat
+
+    @once
+    def sin_lon(self) -> Real:
+        """Sin lon."""
+        return self._before.sin_lon if self._same_lon else self.functions.sin(self.lon)
+
+    @once
+    def cos_lon(self) -> Real:
+        """Cos lon."""
+        return self._before.cos_lon if self._same_lon else self.functions.cos(self.lon)
+
+    @once
+    def sin_lat(self) -> Real:
+        """Sin lat."""
+        return self._before.sin_lat if self._same_lat else self.functions.sin(self.lat)
+
+    @once
+    def cos_lat(self) -> Real:
+        """Cos lat."""
+        return self._before.cos_lat if self._same_lat else self.functions.cos(self.lat)
+
+
+class CarriedPlace(Place):
+    """A place that a motion gives with its sines and cosines; lon and lat, if asked for, wind on from a place before.
+
+    Parameters
+    ----------
+    before : Place
+        Less than half a turn away in lon and in lat.
+    sin_lon, cos_lon, sin_lat, cos_lat : float or array
+        Of the place.
+    """
+
+    def __init__(self, before: Place, sin_lon: Real, cos_lon: Real, sin_lat: Real, cos_lat: Real) -> None:
+        self.frame, self.functions, self._before = before.frame, before.functions, before
+        self.sin_lon, self.cos_lon, self.sin_lat, self.cos_lat = sin_lon, cos_lon, sin_lat, cos_lat
+
+    @once
+    def lon(self) -> Real:
+        """Radians."""
+        before = self._before
+        return before.lon + self._angle(before.sin_lon, before.cos_lon, self.sin_lon, self.cos_lon)
+
+    @once
+    def lat(self) -> Real:
+        """Radians."""
+        before = self._before
+        return before.lat + self._angle(before.sin_lat, before.cos_lat, self.sin_lat, self.cos_lat)
+
+    def _angle(self, sine: Real, cosine: Real, new_sine: Real, new_cosine: Real) -> Real:
+        return self.functions.atan2(new_sine * cosine - new_cosine * sine, new_cosine * cosine + new_sine * sine)
 
 
 def _own_lon(place: Place) -> Angle:

@@ -18,13 +18,14 @@ equatorial mount).
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import NoReturn
 
 from pointing.errors import PointingError, Unreachable
-from pointing.model.functions import Real
+from pointing.model.functions import Real, dot, once
 from pointing.model.place import Frame, MountKind, Place
+from pointing.model.rigid_step import RigidStep, rigid_terms
+from pointing.model.term_step import TermStep
 from pointing.model.terms import Term, refuse_twice, terms
 from pointing.model.undo import undone
 
@@ -103,7 +104,7 @@ class PointingModel:
         values = tuple(math.radians(value / 3600.0) for value in arcsec.values())
         return cls(kind, math.radians(latitude_deg), listed, values, caption)
 
-    @cached_property
+    @once
     def frame(self) -> Frame:
         """In which the places stand."""
         return Frame(self.kind, self.latitude)
@@ -117,58 +118,64 @@ class PointingModel:
 
     def with_coefficients(self, coefficients: Sequence[float]) -> "PointingModel":
         """Return the same terms with other coefficients, radians."""
-        return replace(self, coefficients=tuple(float(value) for value in coefficients))
+        values = tuple(float(value) for value in coefficients)
+        return PointingModel(self.kind, self.latitude, self.terms, values, self.caption)
 
-    @cached_property
+    @once
     def _sequence(self) -> tuple[tuple[int, Term, float], ...]:
         """(position in the model, term, coefficient) as they are applied."""
         listed = enumerate(zip(self.terms, self.coefficients, strict=True))
         return tuple(sorted(((i, *pair) for i, pair in listed), key=lambda three: three[1].rank))
 
-    @cached_property
+    @once
     def _last_step2(self) -> float:
         """Square of a Newton step, in units of cos lat, after which no other counts."""
         numbers = (getattr(factor, "number", 1) for each in self.terms for factor in each.factors)
         return (_LAST_STEP / max(numbers, default=1)) ** 2
 
+    @once
+    def _steps(self) -> tuple[RigidStep | TermStep, ...]:
+        """The terms as they are applied, the rigid ones as one step."""
+        reading = [member for member in self._sequence if member[1].rank < 0]
+        order = self._sequence[len(reading) :]
+        rigid = order[: len(rigid_terms([term for _, term, _ in order]))]
+        first, last = ([TermStep(*member) for member in part] for part in (reading, order[len(rigid) :]))
+        return (*first, *((RigidStep(rigid),) if rigid else ()), *last)
+
     def star(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates of the star on which the telescope points, radians, floats or arrays."""
-        for _, each, coefficient in self._sequence:
-            lon, lat = each.forward(Place(self.frame, lon, lat), coefficient)
-        return lon, lat
+        place = self.star_place(lon, lat)
+        return place.lon, place.lat
+
+    def star_place(self, lon: Real, lat: Real) -> Place:
+        """As `star`, with the sines and cosines that are known on the way."""
+        place = Place(self.frame, lon, lat)
+        for step in self._steps:
+            place = step.star(place)
+        return place
 
     def star_and_jacobian(self, lon: Real, lat: Real) -> tuple[Real, Real, Jacobian]:
         """As `star`, with the derivatives, from one pass to the star and one back over the terms."""
-        steps = []
-        place = Place(self.frame, lon, lat)
-        for i, each, coefficient in self._sequence:
-            unit, by_lon, by_lat = each.amount(place)
-            step = each.moves.forward(place, coefficient * unit)
-            after = Place(self.frame, step.lon, step.lat) if coefficient else place
-            amount1, amount2 = after.cos_lat * step.lon_amount, step.lat_amount
-            along = None  # as where nothing is moved
-            if coefficient:
-                lon_lon, lon_lat, lat_lon, lat_lat = step.lon_lon, step.lon_lat, step.lat_lon, step.lat_lat
-                if each.factors:
-                    pull = coefficient * by_lon, coefficient * by_lat
-                    lon_lon, lon_lat = lon_lon + step.lon_amount * pull[0], lon_lat + step.lon_amount * pull[1]
-                    lat_lon, lat_lat = lat_lon + step.lat_amount * pull[0], lat_lat + step.lat_amount * pull[1]
-                along = (
-                    after.cos_lat * lon_lon / place.cos_lat,
-                    after.cos_lat * lon_lat,
-                    lat_lon / place.cos_lat,
-                    lat_lat,
-                )
-            steps.append((i, (amount1 * unit, amount2 * unit), along))
-            place = after
+        place, jacobian = self.star_place_and_jacobian(lon, lat)
+        return place.lon, place.lat, jacobian
+
+    def star_place_and_jacobian(self, lon: Real, lat: Real) -> tuple[Place, Jacobian]:
+        """As `star_and_jacobian`, with the sines and cosines that are known on the way."""
+        place, passed = Place(self.frame, lon, lat), []
+        for step in self._steps:
+            place, columns, along = step.passed(place)
+            passed.append((columns, along))
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
-        by_coefficient: list[tuple[Real, Real]] = [(0.0, 0.0)] * len(steps)
-        for i, (p, q), along in reversed(steps):
-            by_coefficient[i] = (a * p + b * q, c * p + d * q)
-            if along is not None:
-                e, f, g, h = along
-                a, b, c, d = a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
-        return place.lon, place.lat, Jacobian((a, b, c, d), tuple(by_coefficient))
+        by_coefficient: list[tuple[Real, Real]] = [(0.0, 0.0)] * len(self.terms)
+        last = True  # nothing comes after
+        for columns, (e, f, g, h) in reversed(passed):
+            for i, (p, q) in columns:
+                by_coefficient[i] = (p, q) if last else (dot(a, p, b, q), dot(c, p, d, q))
+            if last:
+                a, b, c, d, last = e, f, g, h, False
+            else:
+                a, b, c, d = dot(a, e, b, g), dot(a, f, b, h), dot(c, e, d, g), dot(c, f, d, h)
+        return place, Jacobian((a, b, c, d), tuple(by_coefficient))
 
     def telescope(self, lon: Real, lat: Real) -> tuple[Real, Real]:
         """Mechanical coordinates at which the telescope points on a star: the inverse of `star`.

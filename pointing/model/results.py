@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pointing.model.functions import Real
-from pointing.model.place import MountKind, Place
+from pointing.model.place import MountKind, Place, ShiftedPlace
 from pointing.model.root import solve
 
 Coordinates = tuple[Real, Real]
@@ -24,8 +24,7 @@ Coordinates = tuple[Real, Real]
 class Step(NamedTuple):
     """A place after a motion, and the partial derivatives of its coordinates."""
 
-    lon: Real
-    lat: Real
+    to: Place
     lon_lon: Real = 1.0
     lon_lat: Real = 0.0
     lon_amount: Real = 0.0
@@ -67,7 +66,7 @@ class Result:
 
 
 def _along_lon(place: Place, amount: Real) -> Step:
-    return Step(place.lon + amount, place.lat, lon_amount=1.0)
+    return Step(ShiftedPlace(place, amount, 0.0), lon_amount=1.0)
 
 
 def _along_lon_back(place: Place, amount: Real) -> Coordinates:
@@ -75,7 +74,7 @@ def _along_lon_back(place: Place, amount: Real) -> Coordinates:
 
 
 def _along_lat(place: Place, amount: Real) -> Step:
-    return Step(place.lon, place.lat + amount, lat_amount=1.0)
+    return Step(ShiftedPlace(place, 0.0, amount), lat_amount=1.0)
 
 
 def _along_lat_back(place: Place, amount: Real) -> Coordinates:
@@ -91,8 +90,7 @@ def _cone(place: Place, amount: Real) -> Step:
     new = side * f.hypot(along, sg)
     new2 = new * new
     return Step(
-        place.lon + f.atan2(side * sg, side * along),
-        _turned(place, new, up),
+        place.frame.place(place.lon + f.atan2(side * sg, side * along), _turned(place, new, up)),
         lon_lat=sg * cg * s / new2,
         lon_amount=c / new2,
         lat_lat=along / new,
@@ -119,8 +117,7 @@ def _perpendicular(place: Place, amount: Real) -> Step:
     new = side * f.hypot(c, across)
     new2 = new * new
     return Step(
-        place.lon + f.atan2(side * across, side * c),
-        _turned(place, new, up),
+        place.frame.place(place.lon + f.atan2(side * across, side * c), _turned(place, new, up)),
         lon_lat=sg / new2,
         lon_amount=c * s * cg / new2,
         lat_lat=c * cg / new,
@@ -153,9 +150,9 @@ def _tilt(axis: Callable[[Place], tuple[Real, Real]]) -> tuple[Motion, Return]:
         side = f.copysign(1.0, c)
         new = side * f.hypot(x, y)
         new2 = new * new
+        lon = place.lon + f.atan2(side * (y * cp - x * sp), side * (x * cp + y * sp))
         return Step(
-            place.lon + f.atan2(side * (y * cp - x * sp), side * (x * cp + y * sp)),
-            _turned(place, new, z),
+            place.frame.place(lon, _turned(place, new, z)),
             lon_lon=(x * c * cp * cg + y * c * sp) / new2,
             lon_lat=(y * s * cp - x * (s * sp * cg + c * sg)) / new2,
             lon_amount=-x * z / new2,
@@ -166,7 +163,7 @@ def _tilt(axis: Callable[[Place], tuple[Real, Real]]) -> tuple[Motion, Return]:
 
     def back(place: Place, amount: Real) -> Coordinates:
         step = forward(place, -amount)
-        return step.lon, step.lat
+        return step.to.lon, step.to.lat
 
     return forward, back
 
@@ -176,7 +173,7 @@ def _vertical(place: Place, amount: Real) -> Step:
     f = place.functions
     if not place.frame.equatorial:
         down = -f.copysign(1.0, place.cos_lat)
-        return Step(place.lon, place.lat + down * amount, lat_amount=down)
+        return Step(ShiftedPlace(place, 0.0, down * amount), lat_amount=down)
     c, s, sp, cp = place.cos_lat, place.sin_lat, place.sin_lon, place.cos_lon
     cos_z, sin_z = place.cos_zeta, place.sin_zeta
     cg, sg = f.cos(amount), f.sin(amount)
@@ -200,7 +197,9 @@ def _vertical(place: Place, amount: Real) -> Step:
     lon_lat, lat_lat = partials(a_z * z_lat, b_z * z_lat, (-s * cp, -s * sp, c))
     lon_amount, lat_amount = partials(a_amount, b_amount, (0.0, 0.0, 0.0))
     lon = place.lon + f.atan2(side * (y * cp - x * sp), side * (x * cp + y * sp))
-    return Step(lon, _turned(place, new, z), lon_lon, lon_lat, lon_amount, lat_lon, lat_lat, lat_amount)
+    return Step(
+        place.frame.place(lon, _turned(place, new, z)), lon_lon, lon_lat, lon_amount, lat_lon, lat_lat, lat_amount
+    )
 
 
 def _vertical_back(place: Place, amount: Real) -> Coordinates:
@@ -209,7 +208,7 @@ def _vertical_back(place: Place, amount: Real) -> Coordinates:
     z = place.angle("Z")[0]
     step = _vertical(place, -amount)
     there = (z >= amount) & (z - amount <= math.pi)
-    return f.only(there, step.lon), f.only(there, step.lat)
+    return f.only(there, step.to.lon), f.only(there, step.to.lat)
 
 
 def _nasmyth_x(place: Place, amount: Real) -> Step:
@@ -249,8 +248,7 @@ def _displaced(
     new = side * f.hypot(r, e)
     new2 = new * new
     return Step(
-        place.lon + f.atan2(side * e, side * r),
-        _turned(place, new, z),
+        place.frame.place(place.lon + f.atan2(side * e, side * r), _turned(place, new, z)),
         lon_lat=(r * by_lat[1] - e * by_lat[0]) / new2,
         lon_amount=(r * by_amount[1] - e * by_amount[0]) / new2,
         lat_lat=by_lat[2] / new,
@@ -262,12 +260,12 @@ def _solved_back(motion: Motion) -> Return:
     """Inverse of a motion that is the same at every lon: solved for lat, then lon is turned back."""
 
     def too_low(place: Place, lat: Real, amount: Real) -> Real:
-        return place.lat - motion(place.frame.place(place.lon, lat), amount).lat
+        return place.lat - motion(place.frame.place(place.lon, lat), amount).to.lat
 
     def back(place: Place, amount: Real) -> Coordinates:
         reach = 2.0 * abs(amount)
         lat = solve(too_low, place, amount, place.lat, (place.lat - reach, place.lat + reach))
-        return place.lon - (motion(place.frame.place(place.lon, lat), amount).lon - place.lon), lat
+        return place.lon - (motion(place.frame.place(place.lon, lat), amount).to.lon - place.lon), lat
 
     return back
 

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
+from pointing.model.rigid_step import COLLIMATION, INDEX1, INDEX2, KINDS, SKEW, TILT, rigid_terms
 from pointing.model.terms import Term
 from pointing.vectors import Vector
 
 Rows = tuple[Vector, Vector, Vector]
 
 _ZERO: dict[MountKind, float] = {"equatorial": 0.0, "altazimuth": math.pi}
-_INDEX1, _INDEX2, _COLLIMATION, _SKEW, _TILT = "HA", "DE", "XS", "PV", "ULNW"
-_ONCE = _COLLIMATION + _SKEW  # two of these one after the other are not their sum
 _TINY = 1e-300
 
 
@@ -56,31 +55,22 @@ def rigid_part(model: PointingModel) -> RigidPart:
     order = sorted(zip(model.terms, model.coefficients, strict=True), key=lambda pair: pair[0].rank)
     reading = [pair for pair in order if pair[1] and pair[0].rank < 0]
     order = [pair for pair in order if pair[1] and pair[0].rank >= 0]
-    sums = dict.fromkeys((_INDEX1, _INDEX2, _COLLIMATION, _SKEW), 0.0)
-    tilts: list[tuple[Term, float]] = []
-    seen = ""
-    while order and _is_rigid(order[0][0]) and order[0][0].result not in seen:
-        each, coefficient = order.pop(0)
-        if each.result in _TILT:
-            tilts.append((each, coefficient))
-            continue
-        part = next(part for part in sums if each.result in part)
-        sums[part] += coefficient * each.sign * each.moves.sign
-        seen += each.result if each.result in _ONCE else ""
+    sums = dict.fromkeys((INDEX1, INDEX2, COLLIMATION, SKEW, TILT), 0.0)
+    rigid = rigid_terms([each for each, _ in order])
+    for each, coefficient in order[: len(rigid)]:
+        sums[KINDS[each.result]] += coefficient * each.sign * each.moves.sign
+    tilts = [pair for pair in order[: len(rigid)] if KINDS[pair[0].result] == TILT]
+    order = order[len(rigid) :]
     tilt = _rotation(_only(model, tilts))
     return RigidPart(
         _only(model, reading) if reading else None,
-        sums[_INDEX1],
-        sums[_INDEX2],
-        sums[_COLLIMATION],
-        sums[_SKEW],
+        sums[INDEX1],
+        sums[INDEX2],
+        sums[COLLIMATION],
+        sums[SKEW],
         tilt,
         Bending(_only(model, order), tilt) if order else None,
     )
-
-
-def _is_rigid(term: Term) -> bool:
-    return not term.factors and term.result in _INDEX1 + _INDEX2 + _COLLIMATION + _SKEW + _TILT
 
 
 def _only(model: PointingModel, pairs: list[tuple[Term, float]]) -> PointingModel:

@@ -19,6 +19,7 @@ wheel of 360 teeth. TPOINT has none of these.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 from pointing.errors import PointingError
@@ -82,7 +83,7 @@ class Term:
         """Whether it is the zero point of an axis, which a `sync` may change."""
         return self.name in ("IH", "ID", "IA", "IE")
 
-    @property
+    @cached_property
     def rank(self) -> int:
         """Place in the order of application, telescope to star: TPOINT's standard terms come first, others last.
 
@@ -106,12 +107,11 @@ class Term:
         if not self.factors:
             return sign, 0.0, 0.0
         value, by_lon, by_lat = amount(self.factors, place)
-        return sign * value, sign * by_lon, sign * by_lat
+        return (value, by_lon, by_lat) if sign == 1.0 else (sign * value, sign * by_lon, sign * by_lat)
 
-    def forward(self, place: Place, coefficient: Real) -> tuple[Real, Real]:
-        """Coordinates after the term, radians."""
-        step = self.moves.forward(place, coefficient * self.amount(place)[0])
-        return step.lon, step.lat
+    def forward(self, place: Place, coefficient: Real) -> Place:
+        """Return the place after the term, for a coefficient in radians."""
+        return self.moves.forward(place, coefficient * self.amount(place)[0]).to
 
 
 _E: tuple[MountKind, ...] = ("equatorial",)
@@ -248,6 +248,8 @@ def refuse_twice(listed: Sequence[Term]) -> None:
         Says which.
     """
     names = [each.name for each in listed]
+    if len(set(names)) == len(names):
+        return
     for name in names:
         if names.count(name) > 1:
             raise PointingError(f"the pointing term {name} is named twice: name each once")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from simulated_runs import TRUTH, simulated_run
 
+from pointing.model.design import blocks
 from pointing.model.fit import fit
 
 SIX = "IA IE CA NPAE AN AW"
@@ -33,3 +34,24 @@ def test_nothing_free_leaves_the_run_as_the_fixed_terms_have_it():
     assert found.sky_rms_arcsec < 1e-6
     assert np.all(found.predicted_sigma(run.axis1, run.axis2) == 0.0)
     assert np.all(found.leverage == 0.0)
+
+
+@pytest.mark.parametrize("mount", list(TRUTH))
+@pytest.mark.parametrize(
+    ("n", "noise_arcsec"), [(12, 1.0), (12, 60.0), (100, 2.0), (100, 60.0), (1000, 20.0), (4000, 5.0)]
+)
+def test_a_round_more_would_change_no_coefficient_by_2e_5_arcseconds(mount, n, noise_arcsec):
+    """Whatever the noise, also when what the last round left was only foretold."""
+    worst = 0.0
+    for seed in range(4 if n <= 1000 else 1):
+        rng = np.random.default_rng([n, seed])
+        run = simulated_run(mount, 40.0, TRUTH[mount], n, rng, noise_arcsec=noise_arcsec).run
+        found = fit(run, " ".join(TRUTH[mount]))
+        parts = [
+            (block.residual.ravel(), block.design.reshape(2 * block.residual.shape[1], -1))
+            for block in blocks(run, found.model)
+        ]
+        residual, design = (np.concatenate(part) for part in zip(*parts, strict=True))
+        worst = max(worst, np.max(np.abs(np.linalg.lstsq(design, residual)[0])))
+    print(f"{mount}, {n} stars, {noise_arcsec}″: {np.degrees(worst) * 3600.0:.1e}″")
+    assert np.degrees(worst) * 3600.0 < 2e-5

@@ -50,10 +50,10 @@ def above(frame, lon, lat):
 def test_a_printed_formula_is_what_the_term_does(name, formula, kind, latitude_deg):
     frame = Frame(kind, math.radians(latitude_deg))
     lon, lat = (0.6, 0.3) if kind == "equatorial" else (2.1, 0.8)
-    new_lon, new_lat = term(name, kind).forward(Place(frame, lon, lat), SMALL)
-    zenith = [math.acos(above(frame, *at)) for at in ((lon, lat), (new_lon, new_lat))]
+    after = term(name, kind).forward(Place(frame, lon, lat), SMALL)
+    zenith = [math.acos(above(frame, *at)) for at in ((lon, lat), (after.lon, after.lat))]
     angles = {"h": lon, "δ": lat, "A": lon, "Aₛ": math.pi - lon, "E": lat, "Z": zenith[0]}
-    done = dict.fromkeys(("Δh", "ΔA"), new_lon - lon) | dict.fromkeys(("Δδ", "ΔE"), new_lat - lat)
+    done = dict.fromkeys(("Δh", "ΔA"), after.lon - lon) | dict.fromkeys(("Δδ", "ΔE"), after.lat - lat)
     done["ΔZ"] = zenith[1] - zenith[0]
     said = dict(part.split(" = ") for part in formula.strip().split(", "))
     for coordinate, product in said.items():
