@@ -26,7 +26,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Literal
 
 from pointing.errors import PointingError
-from pointing.tube import AngleRates, Tube
+from pointing.tube import AngleRates, Tube, turn_of_axis2
 from pointing.vectors import Vector
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Mount:
             rows = _product(rows, _equator_from_horizon(self.latitude))
         tube = Tube(
             zero=math.pi if altaz else 0.0,
-            turn=-math.pi if self.latitude < 0 and not altaz else math.pi,
+            turn=turn_of_axis2(equatorial=not altaz, latitude=self.latitude),
             collimation=self.origin_x,
             index2=self.origin_y,
             aside=_ORIGIN,

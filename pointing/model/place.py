@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Literal
 
 from pointing.model.functions import Real, functions_of, once
+from pointing.tube import turn_of_axis2
 
 MountKind = Literal["equatorial", "altazimuth"]
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
@@ -52,6 +53,10 @@ class Frame:
     def equatorial(self) -> bool:
         """Whether the coordinates are hour angle and declination."""
         return self.kind == "equatorial"
+
+    def beyond_the_pole(self, lon: Real, lat: Real) -> tuple[Real, Real]:
+        """Mechanical coordinates of the same direction over the pole of axis 1, radians, floats or arrays."""
+        return lon + math.pi, turn_of_axis2(equatorial=self.equatorial, latitude=self.latitude) - lat
 
     def place(self, lon: Real, lat: Real) -> "Place":
         """Return the place at mechanical coordinates, radians."""

@@ -162,7 +162,4 @@ class Bending:
     def _mechanical(self, direction: Vector, *, beyond: bool) -> tuple[float, float]:
         x, y, z = direction
         lon, lat = _ZERO[self.model.kind] - math.atan2(y, x), math.atan2(z, math.hypot(x, y))
-        if not beyond:
-            return lon, lat
-        southern = self.model.kind == "equatorial" and self.model.latitude < 0.0
-        return lon + math.pi, (-math.pi if southern else math.pi) - lat
+        return self.model.frame.beyond_the_pole(lon, lat) if beyond else (lon, lat)
