@@ -19,8 +19,11 @@ from pointing.vectors import Vector
 Rows = tuple[Vector, Vector, Vector]
 
 _ZERO: dict[MountKind, float] = {"equatorial": 0.0, "altazimuth": math.pi}
-_INDEX1, _INDEX2, _COLLIMATION, _SKEW, _TILT = "HA", "DE", "XS", "PV", "ULNW"
-_ONCE = _COLLIMATION + _SKEW  # two of these one after the other are not their sum
+_PARTS = {
+    "H": "index1", "A": "index1", "D": "index2", "E": "index2",
+    "X": "collimation", "S": "collimation", "P": "skew", "V": "skew",
+}  # fmt: skip
+_TILTS = frozenset("ULNW")
 _TINY = 1e-300
 
 
@@ -52,35 +55,32 @@ class RigidPart:
 
 
 def rigid_part(model: PointingModel) -> RigidPart:
-    """Take a model apart."""
+    """Take a model apart.
+
+    Amounts of one part add up. For collimation and non-perpendicularity that holds because there is no more than one
+    term of each on a mount: two of these one after the other are not their sum.
+    """
     order = sorted(zip(model.terms, model.coefficients, strict=True), key=lambda pair: pair[0].rank)
     reading = [pair for pair in order if pair[1] and pair[0].rank < 0]
     order = [pair for pair in order if pair[1] and pair[0].rank >= 0]
-    sums = dict.fromkeys((_INDEX1, _INDEX2, _COLLIMATION, _SKEW), 0.0)
-    tilts: list[tuple[Term, float]] = []
-    seen = ""
-    while order and _is_rigid(order[0][0]) and order[0][0].result not in seen:
-        each, coefficient = order.pop(0)
-        if each.result in _TILT:
-            tilts.append((each, coefficient))
-            continue
-        part = next(part for part in sums if each.result in part)
-        sums[part] += coefficient * each.sign * each.moves.sign
-        seen += each.result if each.result in _ONCE else ""
-    tilt = _rotation(_only(model, tilts))
+    rigid = [pair for pair in order if _is_rigid(pair[0])]
+    bending = [pair for pair in order if not _is_rigid(pair[0])]
+    tilt = _rotation(_only(model, [pair for pair in rigid if pair[0].result in _TILTS]))
+    sums = dict.fromkeys(_PARTS.values(), 0.0)
+    for each, coefficient in rigid:
+        if each.result in _PARTS:
+            sums[_PARTS[each.result]] += coefficient * each.sign * each.moves.sign
     return RigidPart(
         _only(model, reading) if reading else None,
-        sums[_INDEX1],
-        sums[_INDEX2],
-        sums[_COLLIMATION],
-        sums[_SKEW],
-        tilt,
-        Bending(_only(model, order), tilt) if order else None,
+        **sums,
+        tilt=tilt,
+        bending=Bending(_only(model, bending), tilt) if bending else None,
     )
 
 
 def _is_rigid(term: Term) -> bool:
-    return not term.factors and term.result in _INDEX1 + _INDEX2 + _COLLIMATION + _SKEW + _TILT
+    """Whether a term is of constant amount, and a part of a rigid mount."""
+    return not term.factors and (term.result in _PARTS or term.result in _TILTS)
 
 
 def _only(model: PointingModel, pairs: list[tuple[Term, float]]) -> PointingModel:
