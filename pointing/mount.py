@@ -26,7 +26,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Literal
 
 from pointing.errors import PointingError
-from pointing.tube import AngleRates, Tube
+from pointing.tube import AngleRates, Tube, turn_of_axis2
 from pointing.vectors import Vector
 
 if TYPE_CHECKING:
@@ -45,8 +45,18 @@ _ORIGIN = (
     "take another instrument, or wait until the target has passed",
 )
 _MODEL = (
-    "the tube, by the pointing model's collimation and non-perpendicularity, comes no nearer than {blind:.4f}°",
+    (
+        "the tube, by the pointing model's {model:.4f}° of collimation and non-perpendicularity, comes no nearer "
+        "than {{blind:.4f}}°"
+    ),
     "wait until the target has passed",
+)
+_BOTH = (
+    (
+        "the pointing origin, by its own {origin:.4f}° beside the tube's axis and the pointing model's {model:.4f}° "
+        "of collimation and non-perpendicularity together, comes no nearer than {{blind:.4f}}°"
+    ),
+    "take another instrument, or wait until the target has passed",
 )
 
 
@@ -132,7 +142,7 @@ class Mount:
             rows = _product(rows, _equator_from_horizon(self.latitude))
         tube = Tube(
             zero=math.pi if altaz else 0.0,
-            turn=-math.pi if self.latitude < 0 and not altaz else math.pi,
+            turn=turn_of_axis2(equatorial=not altaz, latitude=self.latitude),
             collimation=self.origin_x,
             index2=self.origin_y,
             aside=_ORIGIN,
@@ -162,11 +172,18 @@ class Mount:
             skew=rigid.skew,
             index1=rigid.index1,
             index2=self.origin_y + rigid.index2,
-            aside=_MODEL,
+            aside=self._aside(math.hypot(rigid.collimation, rigid.skew)),
         )
         if rigid.bending is None:
             rows = _product(_transposed(rigid.tilt), rows)
         return rows, tube, rigid.reading, rigid.bending
+
+    def _aside(self, by_model: float) -> tuple[str, str]:
+        """What keeps the tube from the pole of axis 1, each with its size, and what helps; of the model's radians."""
+        if not by_model:
+            return _ORIGIN
+        what, remedy = _BOTH if self.origin_x else _MODEL
+        return what.format(origin=math.degrees(abs(self.origin_x)), model=math.degrees(by_model)), remedy
 
     @property
     def origin_distance(self) -> float:

@@ -30,6 +30,15 @@ _POLE = 1e-12  # closer to axis 1 than this, its angle is taken as 0 and its rat
 _GRAZING = 1e-12  # square of the reach below which a tube that looks aside passes the pole by
 
 
+def turn_of_axis2(*, equatorial: bool, latitude: float) -> float:
+    """What both angles of axis 2 that see one direction add up to, radians: π, or −π on a southern equatorial mount.
+
+    So the declination axis goes on over the visible pole. It stands here, and not beside `Frame.beyond_the_pole`, for
+    those who do without NumPy.
+    """
+    return -math.pi if equatorial and latitude < 0.0 else math.pi
+
+
 @dataclass(frozen=True)
 class Tube:
     """A tube on two axes.
@@ -39,7 +48,7 @@ class Tube:
     zero : float
         Lateral angle, radians, at which axis 1 reads nothing.
     turn : float
-        What both angles of axis 2 that see one direction add up to, radians: π, or −π as a southern mount writes it.
+        What both angles of axis 2 that see one direction add up to, radians: see `turn_of_axis2`.
     collimation : float
         γ, radians, pointing origin included.
     skew : float

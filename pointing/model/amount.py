@@ -8,10 +8,10 @@ from functools import cached_property, reduce
 import numpy as np
 
 from pointing.model.functions import Real, dot, product
-from pointing.model.place import Angle, Place
+from pointing.model.place import OWN_TURNS, Angle, Place
 
 _HORIZON = math.cos(math.radians(89.0))  # least cosine of a tangent
-_EVERY_7_5 = np.linspace(-math.pi, math.pi, 49)
+_EVERY_7_5 = [np.linspace(low, high, 1 + round((high - low) / math.radians(7.5))) for low, high in OWN_TURNS]
 _STEP = 1e-5  # rad, of the central differences by which a user's function is differentiated: error 1e-10 of it
 
 
@@ -44,7 +44,7 @@ class Factor:
 
     @property
     def largest(self) -> float:
-        """Of its absolute values, angles within a turn."""
+        """Of its absolute values, angles as `Place.angle` gives them: none is more than a turn."""
         return {"P": math.tau**self.number, "T": 1.0 / _HORIZON}.get(self.function, 1.0)
 
     def __call__(self, place: Place) -> Angle:
@@ -70,7 +70,7 @@ _WORDS = {"S": "sin", "C": "cos", "T": "tan"}
 
 @dataclass(frozen=True)
 class OwnFunction:
-    """A user's function of the mechanical coordinates (lon, lat), radians, for floats and arrays alike."""
+    """A user's function of `Place.own`, the mechanical coordinates in one turn, for floats and arrays alike."""
 
     function: Callable[[Real, Real], Real]
     text: str = "a function of the user's"
@@ -78,12 +78,12 @@ class OwnFunction:
     @cached_property
     def largest(self) -> float:
         """Of its absolute values, half as much again as there is at places 7.5° apart."""
-        lon, lat = np.meshgrid(_EVERY_7_5, _EVERY_7_5)
+        lon, lat = np.meshgrid(*_EVERY_7_5)
         return 1.5 * float(np.nanmax(np.abs(self.function(lon, lat))))
 
     def __call__(self, place: Place) -> Angle:
         """Value and gradient at a place, the gradient by central differences."""
-        lon, lat, h = place.lon, place.lat, _STEP
+        (lon, lat), h = place.own, _STEP
         by_lon = (self.function(lon + h, lat) - self.function(lon - h, lat)) / (2.0 * h)
         by_lat = (self.function(lon, lat + h) - self.function(lon, lat - h)) / (2.0 * h)
         return self.function(lon, lat), by_lon, by_lat
@@ -98,7 +98,7 @@ class Beyond:
 
     def __call__(self, place: Place) -> Angle:
         """Value and gradient at a place."""
-        return (1.0 - place.functions.copysign(1.0, place.cos_lat)) / 2.0, 0.0, 0.0
+        return place.beyond, 0.0, 0.0
 
 
 Factors = tuple[Factor | OwnFunction | Beyond, ...]

@@ -23,6 +23,7 @@ import numpy as np
 from pointing.errors import PointingError
 from pointing.model.candidates import INDEX, Tier, tiers
 from pointing.model.cross_validation import CrossValidation
+from pointing.model.degeneracy import refuse_degenerate
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
 from pointing.model.run import PointingRun
@@ -259,16 +260,24 @@ class _Search:
             why = f"{one.sentence}, and {other.sentence}, neither of use alone; {_BETTER}"
             yield _Move("taken", f"{one.name} {other.name}", why, (*self.chosen, one, other))
 
+    def _inseparable(self, model: tuple[Term, ...]) -> str:
+        """Why terms cannot be fitted together; empty where they can."""
+        try:
+            refuse_degenerate(model, self.fit.model.frame)
+        except PointingError as error:
+            return str(error)
+        if self.judge.separable([self.place[each] for each in model]):
+            return ""
+        return f"{self.judge.n} observations do not tell it apart from the chosen terms: observe more of the sky"
+
     def _step(self, action: Action, name: str, delta_bic: float, why: str) -> Step:
         return Step(action, name, delta_bic, self.cv, self.rms, why)
 
     def _left(self, each: Term) -> Step:
         """What a candidate that was left would do with the chosen terms."""
         model = (*self.chosen, each)
-        try:
-            fit(self.run, model)
-        except PointingError as error:
-            return Step("left", each.name, math.nan, math.nan, math.nan, str(error))
+        if refusal := self._inseparable(model):
+            return Step("left", each.name, math.nan, math.nan, math.nan, refusal)
         bic, cv, rms = self._judged(model)
         delta, worth = bic - self.bic, self.worth[each]
         if delta > -worth:

@@ -119,4 +119,6 @@ def _places(frame: Frame) -> tuple[Array, Array]:
     if frame.equatorial:  # azimuth and elevation are hour angle and declination with the poles exchanged
         turned = Frame("altazimuth", frame.latitude).place(azimuth, elevation)
         lon, lat = turned.angle("H")[0], turned.angle("D")[0]
-    return np.concatenate((lon, lon + math.pi)), np.concatenate((lat, math.pi - lat))
+    both = zip((lon, lat), frame.beyond_the_pole(lon, lat), strict=True)
+    normal_and_beyond = tuple(np.concatenate(pair) for pair in both)
+    return normal_and_beyond[0], normal_and_beyond[1]

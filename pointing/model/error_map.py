@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pointing.errors import PointingError
 from pointing.model.place import Frame
-from pointing.model.predicted_place import across, beyond_the_pole
+from pointing.model.predicted_place import across
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
@@ -120,6 +120,6 @@ def _sigma(fit: "Fit", azimuth: Array, elevation: Array) -> Array:
             east = np.sin(lon) < 0.0
             lon, lat = (
                 np.where(east, other, own)
-                for own, other in zip((lon, lat), beyond_the_pole(frame, lon, lat), strict=True)
+                for own, other in zip((lon, lat), frame.beyond_the_pole(lon, lat), strict=True)
             )
     return np.asarray(fit.predicted_sigma(*fit.model.telescope(lon, lat)))

@@ -151,9 +151,17 @@ class Fit:
                 return each
         raise KeyError(f"{name} is no term of this model: {' '.join(each.name for each in self.coefficients)}")
 
-    @cached_property
+    @property
     def leverage(self) -> Array:
-        """M(MᵀWM)⁻¹Mᵀ of each observation: (3, n), the elements XX, XY, YY."""
+        """W M(MᵀWM)⁻¹Mᵀ of each observation, by how much it draws its own prediction: (3, n), elements XX, XY, YY.
+
+        XX + YY of all observations add up to k.
+        """
+        return self.weight * self.place_cofactor
+
+    @cached_property
+    def place_cofactor(self) -> Array:
+        """M(MᵀWM)⁻¹Mᵀ of each observation, masked ones too: (3, n), elements XX, XY, YY."""
         free = np.array(self.free, bool)
         found = np.empty((3, len(self.run)))
         for block in blocks(self.run, self.model):

@@ -24,6 +24,7 @@ class Functions:
     at_least: Callable[[Real, float], Real]
     between: Callable[[Real, Real, Real], Real]  # low, value, high: the value, held within
     ratio: Callable[[Real, Real], Real]  # 0 where the divisor is 0
+    nearest: Callable[[Real, Real], Real]  # angle, middle: the angle in the turn about the middle
     only: Callable[[Real, Real], Real]  # condition, value: nan where the condition does not hold
 
 
@@ -52,6 +53,14 @@ def _ratios(ones: Real, others: Real) -> Real:
     return np.where(there, ones / np.where(there, others, 1.0), 0.0)
 
 
+def _nearest(angle: float, middle: float) -> float:
+    return angle if abs(angle - middle) <= math.pi else middle + math.remainder(angle - middle, math.tau)
+
+
+def _all_nearest(angles: Real, middle: Real) -> Real:
+    return angles - math.tau * np.rint((angles - middle) / math.tau)
+
+
 def _only(condition: bool, value: float) -> float:
     return value if condition else math.nan
 
@@ -60,9 +69,21 @@ def _all_only(condition: Real, values: Real) -> Real:
     return np.where(condition, values, np.nan)
 
 
-SCALAR = Functions(math.sin, math.cos, math.atan2, math.hypot, _root, math.copysign, max, _between, _ratio, _only)
+SCALAR = Functions(
+    math.sin, math.cos, math.atan2, math.hypot, _root, math.copysign, max, _between, _ratio, _nearest, _only
+)
 ARRAY = Functions(
-    np.sin, np.cos, np.arctan2, np.hypot, _roots, np.copysign, np.maximum, _all_between, _ratios, _all_only
+    np.sin,
+    np.cos,
+    np.arctan2,
+    np.hypot,
+    _roots,
+    np.copysign,
+    np.maximum,
+    _all_between,
+    _ratios,
+    _all_nearest,
+    _all_only,
 )
 
 

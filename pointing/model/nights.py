@@ -76,7 +76,9 @@ class Nights:
     estimate : Estimate
         The linear model of all runs with its variances.
     scatter : float
-        Standard deviation of one component of a single observation, radians.
+        Standard deviation of one component of a single observation of mean weight, radians.
+    mean_weight : float
+        Of the observations of all runs.
     runs : int
         How many there were.
     n : int
@@ -86,6 +88,7 @@ class Nights:
     model: PointingModel
     estimate: Estimate
     scatter: float
+    mean_weight: float
     runs: int
     n: int
 
@@ -128,7 +131,7 @@ class Nights:
         ----------
         first : PointingRun, optional
             The first stars of the run: they tell the index terms, which may have jumped, and all else as far as it
-            may have drifted.
+            may have drifted. Their weights are in the unit of those of the runs.
 
         Returns
         -------
@@ -147,7 +150,8 @@ class Nights:
         at = values
         for _ in range(_ROUNDS):
             observed, design, _ = _whitened(_equations(first, self.model.with_coefficients(at.tolist())), at)
-            observed, design = observed / self.scatter, design / self.scatter
+            unit = self.scatter * math.sqrt(self.mean_weight)  # of weight one
+            observed, design = observed / unit, design / unit
             gain = covariance @ design.T @ np.linalg.inv(np.eye(len(observed)) + design @ covariance @ design.T)
             before, at = at, values + gain @ (observed - design @ values)
             if np.max(np.abs(at - before)) < _SETTLED:
@@ -213,20 +217,21 @@ def fit_nights(runs: Sequence[PointingRun], names: str, *, staying: str = "", ou
     if absent:
         raise PointingError(f"{min(absent)} is to stay, but is no term of the model: {names}")
     runs, models = _begun(runs, names, outliers=outliers)
-    n = sum(int(np.count_nonzero(run.kept & (run.weight > 0.0))) for run in runs)
+    weights = np.concatenate([run.weight[run.kept & (run.weight > 0.0)] for run in runs])
+    n, mean_weight = len(weights), float(np.mean(weights))
     changing = [(each.name not in held, each.is_index) for each in listed]
     at = np.array([model.coefficients for model in models])
     variances: Array | None = None
     for _ in range(_ROUNDS):
         equations = [_equations(run, models[0].with_coefficients(x)) for run, x in zip(runs, at, strict=True)]
         _refuse_unseen(listed, equations, n)
-        estimate, scatter = _estimated(equations, at, n, changing, variances)
+        estimate, unit = _estimated(equations, at, n, changing, variances)
         variances = estimate.variances
         before, at = at, np.array([estimate.coefficients(i)[0] for i in range(len(runs))])
         if np.max(np.abs(at - before)) < _SETTLED:
             break
     expected = models[0].with_coefficients(estimate.expected.coefficients(-1)[0].tolist())
-    return Nights(expected, estimate, scatter, len(runs), n)
+    return Nights(expected, estimate, unit / math.sqrt(mean_weight), mean_weight, len(runs), n)
 
 
 def _begun(
@@ -279,7 +284,7 @@ def _estimated(
     changing: Sequence[tuple[bool, bool]],
     start: Array | None,
 ) -> tuple[Estimate, float]:
-    """The variances, sought from the last ones or from how much the runs differ; and the scatter."""
+    """The variances, sought from the last ones or from how much the runs differ; and the scatter at weight one."""
     whitened = [_whitened(each, x) for each, x in zip(equations, at, strict=True)]
     freedom = 2 * n - sum(len(observed) for observed, _, _ in whitened)
     left = sum(square for _, _, square in whitened)

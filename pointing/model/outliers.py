@@ -144,7 +144,7 @@ def _rough(fit: "Fit", offered: NDArray[np.bool_]) -> Array:
 def _tested(fit: "Fit", good: NDArray[np.bool_]) -> tuple[Array, Array]:
     """t² of each observation against the model of all other good ones, and its chance."""
     weight = fit.run.weight
-    leverage = fit.leverage * weight
+    leverage = fit.place_cofactor * weight
     sign = np.where(good, -1.0, 1.0)  # one that was fitted is drawn to; one that was not is predicted
     a, b, d = 1.0 + sign * leverage[0], sign * leverage[1], 1.0 + sign * leverage[2]
     x, y = fit.residuals

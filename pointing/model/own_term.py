@@ -24,8 +24,8 @@ def own_term(name: str, result: str, function: Callable[[Real, Real], Real], sen
     result : str
         What it moves: a key of `RESULTS`, such as H, D, X on an equatorial and A, E, S on an altazimuth mount.
     function : callable
-        (lon, lat) → amount for a coefficient of one; mechanical coordinates in radians, floats or arrays alike: made
-        of NumPy's functions.
+        (lon, lat) → amount for a coefficient of one; mechanical coordinates in radians, in the turn that
+        `pointing.model.place` tells however the axes are wound; floats or arrays alike: made of NumPy's functions.
     sentence : str
         What it stands for on the telescope.
 

@@ -4,6 +4,15 @@ The mount's own coordinates are `lon` and `lat`: hour angle (west positive) and 
 azimuth (north through east) and elevation of an altazimuth mount. They are mechanical: |lat| > 90° is beyond the pole
 or zenith, where cos lat is negative and the direction is nevertheless (lat, lon) put into the same formulas.
 
+An axis may be wound by whole turns, or a file may give its reading in any turn. `Place.own` brings both coordinates
+into one, which the posture and nothing else decides, and powers of an angle and functions of the user's are of those:
+normal, hour angle in −180° to 180°, azimuth in 0° to 360° and |lat| up to 90°; beyond, those of the same direction
+by `Frame.beyond_the_pole`: hour angle in 0° to 360°, azimuth in 180° to 540° and lat in 90° to 270° (−270° to −90° on
+a southern equatorial mount). So hour angles go on over the meridian, H = 0 in normal posture and H = 180° beyond, and
+over both sides of it by which a German mount reaches; they leap by a turn at lower culmination. Azimuths leap in the
+north, A = ±180° from south through east in normal posture and 0° or −360° beyond. About a leap two places of the
+telescope may point on one star, or none. Sines and cosines know no turns.
+
 The *other pole* is the zenith of an equatorial mount, the north celestial pole of an altazimuth one; in both it
 stands at lon 0, lat φ. One spherical triangle thus serves both: ζ the distance from the other pole, α the angle there
 (azimuth of an equatorial mount, hour angle of an altazimuth one) and the parallactic angle q at the place.
@@ -16,9 +25,13 @@ from functools import cached_property
 from typing import Literal
 
 from pointing.model.functions import SCALAR, Real, functions_of, once
+from pointing.tube import turn_of_axis2
 
 MountKind = Literal["equatorial", "altazimuth"]
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
+
+OWN_TURNS = ((-math.pi, 3.0 * math.pi), (-1.5 * math.pi, 1.5 * math.pi))
+"""Between which `Place.own` gives lon and lat, whatever the mount and the posture, radians."""
 
 _TINY = 1e-15  # keeps a gradient finite at a pole, where it has no meaning
 
@@ -39,6 +52,16 @@ class Frame:
     latitude: float
 
     @cached_property
+    def middle(self) -> tuple[float, float]:
+        """Middle of the turn in which `Place.own` gives the coordinates in normal posture, radians."""
+        return (0.0 if self.equatorial else math.pi), 0.0
+
+    @cached_property
+    def middle_beyond(self) -> tuple[float, float]:
+        """As `middle`, beyond the pole."""
+        return self.beyond_the_pole(*self.middle)
+
+    @cached_property
     def sin(self) -> float:
         """Sin φ."""
         return math.sin(self.latitude)
@@ -52,6 +75,10 @@ class Frame:
     def equatorial(self) -> bool:
         """Whether the coordinates are hour angle and declination."""
         return self.kind == "equatorial"
+
+    def beyond_the_pole(self, lon: Real, lat: Real) -> tuple[Real, Real]:
+        """Mechanical coordinates of the same direction over the pole of axis 1, radians, floats or arrays."""
+        return lon + math.pi, turn_of_axis2(equatorial=self.equatorial, latitude=self.latitude) - lat
 
     def place(self, lon: Real, lat: Real) -> "Place":
         """Return the place at mechanical coordinates, radians."""
@@ -88,6 +115,19 @@ class Place:
         return self.functions.cos(self.lon)
 
     @once
+    def beyond(self) -> Real:
+        """1 beyond the pole, else 0."""
+        return (1.0 - self.functions.copysign(1.0, self.cos_lat)) / 2.0
+
+    @once
+    def own(self) -> tuple[Real, Real]:
+        """The coordinates in the turn of the posture, radians: the same however the axes are wound."""
+        (lon, lat), (lon_beyond, lat_beyond), beyond = self.frame.middle, self.frame.middle_beyond, self.beyond
+        lon, lat = lon + beyond * (lon_beyond - lon), lat + beyond * (lat_beyond - lat)
+        nearest = self.functions.nearest
+        return nearest(self.lon, lon), nearest(self.lat, lat)
+
+    @once
     def _other(self) -> tuple[Real, Real, Real, Real]:
         """Components of the place about the other pole (x towards the own pole, y, z), and sin ζ."""
         sin, cos = self.frame.sin, self.frame.cos
@@ -114,7 +154,7 @@ class Place:
         return cos * self.cos_lat * self.sin_lon / self.sin_zeta, -along / self.sin_zeta
 
     def angle(self, letter: str) -> Angle:
-        """One of the angles H, D, A, E, Z, Q with its gradient, radians.
+        """One of the angles H, D, A, E, Z, Q with its gradient, radians; the mount's own in the turn of the posture.
 
         Azimuth counts from south through east, as in the functions of TPOINT's generic terms.
         """
@@ -200,15 +240,15 @@ class CarriedPlace(Place):
 
 
 def _own_lon(place: Place) -> Angle:
-    return place.lon, 1.0, 0.0
+    return place.own[0], 1.0, 0.0
 
 
 def _own_azimuth(place: Place) -> Angle:
-    return math.pi - place.lon, -1.0, 0.0
+    return math.pi - place.own[0], -1.0, 0.0
 
 
 def _own_lat(place: Place) -> Angle:
-    return place.lat, 0.0, 1.0
+    return place.own[1], 0.0, 1.0
 
 
 def _zeta(place: Place) -> Angle:
@@ -236,8 +276,10 @@ def _alpha(place: Place) -> Angle:
 
 
 def _alpha_from_south(place: Place) -> Angle:
-    value, by_lon, by_lat = _alpha(place)
-    return math.pi - value, -by_lon, -by_lat
+    """A of an equatorial mount, which leaps in the north as that of an altazimuth one."""
+    _, by_lon, by_lat = _alpha(place)
+    x, y, *_ = place._other  # noqa: SLF001
+    return place.functions.atan2(y, -x), -by_lon, -by_lat
 
 
 def _parallactic(place: Place) -> Angle:

@@ -3,8 +3,8 @@
 Telescope → star: the terms one after the other, each at the current, partly corrected place, in TPOINT's order: index
 errors, collimation, non-perpendicularity, the tilt of axis 1 (MA then ME, AW then AN), then all others as they are
 listed. How a model file lists the first ones does not matter: decision 0003 has the published fits that decide it.
-Star → telescope: the same motions undone in reverse order. A term of constant amount is undone in closed form; for one
-whose amount changes over the sky the amount is solved for. `star` of what `telescope` returns is the star, within
+Star → telescope: the same motions undone in reverse order. A term of constant amount is undone in closed form; for
+one whose amount changes over the sky the amount is solved for. `star` of what `telescope` returns is the star, within
 1e-6″, in both postures. About a pole of axis 1, or of a term's own function, two places of the telescope may point on
 one star, or none.
 
@@ -20,6 +20,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NoReturn
+
+import numpy as np
 
 from pointing.errors import PointingError, Unreachable
 from pointing.model.functions import Real, dot, once
@@ -188,16 +190,22 @@ class PointingModel:
         Returns
         -------
         tuple
-            Radians, floats or arrays; an array has nan where no place of the telescope points on the star.
+            Radians, floats or arrays; an array has nan where no place of the telescope points on the star, and where
+            the star's own place is not finite.
 
         Raises
         ------
+        PointingError
+            The star's place is not finite (floats only).
         Unreachable
             No place of the telescope points on the star (floats only): it is in the blind spot that a term leaves,
             as collimation and non-perpendicularity do about the pole of axis 1. Names the term.
         """
-        if isinstance(lat, float) and (found := self._newton(lon, lat)) is not None:
-            return found[0]
+        if isinstance(lat, float):
+            if (found := self._newton(lon, lat)) is not None:
+                return found[0]
+        elif not np.all(finite := np.isfinite(lon) & np.isfinite(lat)):
+            lon, lat = np.where(finite, lon, np.nan), np.where(finite, lat, np.nan)
         for _, each, coefficient in reversed(self._sequence):
             if coefficient:
                 lon, lat = undone(self.frame, each, coefficient, lon, lat)
@@ -211,6 +219,8 @@ class PointingModel:
         Each step squares the error, so the derivatives are those of the place to as much as the last step was. None
         where it does not settle on this side of the pole of axis 1: there the terms are undone one by one.
         """
+        if not math.isfinite(lon + lat):
+            raise PointingError(f"a star at ({lon:g}, {lat:g}) in the mount's frame: give finite angles in radians")
         first = self.star(lon, lat)
         at, up = 2.0 * lon - first[0], 2.0 * lat - first[1]
         for _ in range(_NEWTON_ROUNDS):

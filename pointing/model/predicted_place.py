@@ -1,6 +1,5 @@
 """What a fit predicts for a place on the sky, with astropy's units."""
 
-import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -74,7 +73,7 @@ def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False)
     """
     lon, lat = np.broadcast_arrays(*_coordinates(fit.model.frame, first, second))
     if beyond:
-        lon, lat = beyond_the_pole(fit.model.frame, lon, lat)
+        lon, lat = fit.model.frame.beyond_the_pole(lon, lat)
     axis1, axis2 = (each.reshape(np.shape(lon)) for each in fit.model.telescope(np.ravel(lon), np.ravel(lat)))
     sigma, of_one = (fit.predicted_sigma(axis1, axis2, observation=each) for each in (False, True))
     offsets = nearest_turn(lon - axis1), nearest_turn(lat - axis2)
@@ -82,12 +81,6 @@ def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False)
         *(Quantity(radians, "rad").to(units.deg) for radians in (axis1, axis2)),
         *(Quantity(radians, "rad").to(units.arcsec) for radians in (*offsets, sigma, of_one)),
     )
-
-
-def beyond_the_pole(frame: Frame, lon: Any, lat: Any) -> tuple[Any, Any]:  # noqa: ANN401 - floats or arrays
-    """Mechanical coordinates of the same direction beyond the pole, radians."""
-    south = frame.equatorial and frame.latitude < 0.0
-    return lon + math.pi, (-math.pi if south else math.pi) - lat
 
 
 def _coordinates(frame: Frame, first: Any, second: Any) -> tuple[Any, Any]:  # noqa: ANN401

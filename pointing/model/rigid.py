@@ -51,7 +51,11 @@ class RigidPart:
 
 
 def rigid_part(model: PointingModel) -> RigidPart:
-    """Take a model apart."""
+    """Take a model apart.
+
+    Amounts of one part add up. For collimation and non-perpendicularity that holds because there is no more than one
+    term of each on a mount: two of these one after the other are not their sum.
+    """
     order = sorted(zip(model.terms, model.coefficients, strict=True), key=lambda pair: pair[0].rank)
     reading = [pair for pair in order if pair[1] and pair[0].rank < 0]
     order = [pair for pair in order if pair[1] and pair[0].rank >= 0]
@@ -152,7 +156,4 @@ class Bending:
     def _mechanical(self, direction: Vector, *, beyond: bool) -> tuple[float, float]:
         x, y, z = direction
         lon, lat = _ZERO[self.model.kind] - math.atan2(y, x), math.atan2(z, math.hypot(x, y))
-        if not beyond:
-            return lon, lat
-        southern = self.model.kind == "equatorial" and self.model.latitude < 0.0
-        return lon + math.pi, (-math.pi if southern else math.pi) - lat
+        return self.model.frame.beyond_the_pole(lon, lat) if beyond else (lon, lat)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pointing.errors import PointingError
+from pointing.model.place import Frame
 from pointing.site import Weather
 
 if TYPE_CHECKING:
@@ -165,15 +166,9 @@ class PointingRun:
         return np.asarray(np.cos(self.axis2) < 0.0)
 
     def mechanical_star(self) -> tuple[Array, Array]:
-        """The star's place in mechanical angles of the posture in which it was observed, a turn left open: (n,) each.
-
-        Beyond the pole: star 1 + 180° and 180° − star 2, which is −180° − δ, too, but for a turn.
-        """
-        beyond = self.beyond
-        return (
-            np.where(beyond, self.star1 + math.pi, self.star1),
-            np.where(beyond, math.pi - self.star2, self.star2),
-        )
+        """The star in mechanical angles of the posture in which it was observed, a turn left open: (n,) each."""
+        over = Frame(self.mount, self.latitude).beyond_the_pole(self.star1, self.star2)
+        return np.where(self.beyond, over[0], self.star1), np.where(self.beyond, over[1], self.star2)
 
     def offsets(self) -> tuple[Array, Array]:
         """Star minus telescope in axis 1 and axis 2, mechanical, in [−π, π): (n,) each."""

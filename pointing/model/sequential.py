@@ -79,6 +79,8 @@ class SequentialFit:
         Weighted sum of the squared residuals, square radians, likewise.
     n : float
         Number of observations, likewise.
+    weight : float
+        Sum of their weights, likewise.
     forgetting : float
         λ, above 0 and up to 1.
     """
@@ -88,6 +90,7 @@ class SequentialFit:
     cofactor: Array
     square: float
     n: float
+    weight: float
     forgetting: float = 1.0
 
     def __post_init__(self) -> None:
@@ -107,7 +110,8 @@ class SequentialFit:
             raise PointingError(
                 f"{fit.n} observations leave nothing of {fit.k} terms to judge a star by: observe more"
             )
-        return cls(fit.model, fit.free, fit.equations.inverse, fit.square, float(fit.n), forgetting)
+        weight = float(fit.weight.sum())
+        return cls(fit.model, fit.free, fit.equations.inverse, fit.square, float(fit.n), weight, forgetting)
 
     @property
     def k(self) -> int:
@@ -126,8 +130,8 @@ class SequentialFit:
 
     @property
     def prediction(self) -> Prediction:
-        """The model with the uncertainty of its coefficients."""
-        return Prediction(self.model, self.free, self.covariance, math.sqrt(self.variance))
+        """The model with the uncertainty of its coefficients, and the scatter of an observation of mean weight."""
+        return Prediction(self.model, self.free, self.covariance, math.sqrt(self.variance * self.n / self.weight))
 
     def learned(self, star: PointingRun, *, gate: bool = True) -> tuple["SequentialFit", Verdict]:
         """Learn from one star.
@@ -157,6 +161,7 @@ class SequentialFit:
             cofactor=self.cofactor / self.forgetting,
             square=self.square * self.forgetting,
             n=self.n * self.forgetting,
+            weight=self.weight * self.forgetting,
         )
         gain = aged.cofactor @ design.T
         inverse = np.linalg.inv(np.eye(2) / star.weight[0] + design @ gain)
@@ -171,6 +176,7 @@ class SequentialFit:
             cofactor=aged.cofactor - gain @ inverse @ gain.T,
             square=aged.square + float(residual @ inverse @ residual),
             n=aged.n + 1.0,
+            weight=aged.weight + float(star.weight[0]),
         )
         return after, verdict if verdict.taken else replace(
             verdict, taken=True, why=f"taken all the same: {verdict.why}"

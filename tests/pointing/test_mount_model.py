@@ -48,7 +48,14 @@ WORM = {
     "equatorial": {**SEVEN["equatorial"], "WHS285": 8.0, "WDC570": 3.0},
     "altazimuth": {**SEVEN["altazimuth"], "WAS285": 8.0, "WEC570": 3.0},
 }
-MODELS = {"rigid": RIGID, "seven terms": SEVEN, "many terms": MANY, "no rigid term": ALONE, "a worm": WORM}
+POWERS = {
+    "equatorial": {**SEVEN["equatorial"], "PHH1": 20.0, "PXH1": 15.0, "PDD1": -20.0, "PDA1": 5.0, "PXH1D1": 3.0},
+    "altazimuth": {**SEVEN["altazimuth"], "PAA1": 20.0, "PEE2": 15.0, "PSA1": -10.0, "PEH1": 5.0, "PAA1E1": 3.0},
+}
+MODELS = {
+    "rigid": RIGID, "seven terms": SEVEN, "many terms": MANY, "no rigid term": ALONE, "a worm": WORM,
+    "powers": POWERS,
+}  # fmt: skip
 
 kinds = pytest.mark.parametrize("kind", MountType)
 postures = pytest.mark.parametrize("posture", POSTURES)
@@ -73,6 +80,17 @@ def random_axes(rng, subject, posture):
     return (one, two) if posture == "normal" else (one, (-math.pi if south else math.pi) - two)
 
 
+def wound(rng, axes):
+    """The same axes, each by up to two turns on."""
+    return tuple(angle + math.tau * rng.randint(-2, 2) for angle in axes)
+
+
+def where_angles_leap(subject, axes, posture):
+    """Within 0.5° of where H or A leap by a turn, and its powers with it: lower culmination, or the north."""
+    leap = (subject.type is not MountType.ALTAZ_FORK) + (posture == "beyond")
+    return abs(math.remainder(axes[0] - math.pi * leap, math.tau)) < math.radians(0.5)
+
+
 def apart_arcsec(a, b):
     """Between two pairs of axis angles, on the sky and with no regard to whole turns."""
     one, two = (math.remainder(x - y, math.tau) for x, y in zip(a, b, strict=True))
@@ -82,18 +100,19 @@ def apart_arcsec(a, b):
 @kinds
 @postures
 @models
-def test_the_axes_read_what_the_model_makes_of_the_star_and_lead_back(kind, posture, terms):
+def test_the_axes_read_what_the_model_makes_of_the_star_and_lead_back_however_they_are_wound(kind, posture, terms):
     rng, forth, back = seeded(4), 0.0, 0.0
     for latitude in LATITUDES:
         wanted = model(kind, latitude, terms)
         subject, bare = mount(kind, latitude, wanted), mount(kind, latitude)
         for _ in range(150):
-            axes = random_axes(rng, subject, posture)
+            axes = wound(rng, random_axes(rng, subject, posture))
             (lon,), (lat,) = wanted.star(np.array([axes[0]]), np.array([axes[1]]))
             star = bare.observed(float(lon), float(lat))
             forth = max(forth, separation(subject.observed(*axes), star) / ARCSEC)
             assert subject.posture(axes[1]) == posture
-            back = max(back, apart_arcsec(axes, subject.axes(star, posture)))
+            if terms != "powers" or not where_angles_leap(subject, axes, posture):
+                back = max(back, apart_arcsec(axes, subject.axes(star, posture)))
     print(f"{kind.text}, {posture}, {terms}: to the star {forth:.1e}″, back {back:.1e}″")
     assert forth < 1e-8
     assert back < 1e-8
@@ -218,7 +237,7 @@ def moments(rng, target, kind, count):
 
 @kinds
 @postures
-@pytest.mark.parametrize("terms", ["seven terms", "many terms", "a worm"])
+@pytest.mark.parametrize("terms", ["seven terms", "many terms", "a worm", "powers"])
 def test_axis_rates_are_the_derivatives_of_the_whole_chain_for_every_kind_of_target(kind, posture, terms):
     """Against Richardson-extrapolated differences of axis angles over the two-part time, with a pointing origin."""
     subject, rng, worst = mount(kind, LATITUDE, model(kind, LATITUDE, terms), ORIGIN), seeded(8), {}

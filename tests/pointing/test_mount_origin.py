@@ -12,6 +12,7 @@ from rate_oracle import share_of_allowed_on_axes
 from mounts.true_mount import TrueMount, rotation
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import separation
+from pointing.model.pointing_model import PointingModel
 from pointing.mount import POSTURES, Mount, MountType
 from pointing.site import Site
 from pointing.sky import Sky
@@ -147,6 +148,26 @@ def test_near_the_pole_of_axis_1_an_origin_across_is_refused_with_its_distance_a
         assert arcsec_between(along.observed(*along.axes(observed, posture)), observed) < 1e-9
     edge = bare.observed(0.3, math.radians(90.0 - 0.501))
     assert arcsec_between(across.observed(*across.axes(edge, posture)), edge) < 1e-6
+
+
+@kinds
+@pytest.mark.parametrize(
+    ("x_deg", "collimation_arcsec", "blamed"),
+    [
+        (2.0, 50.0, r"own 2\.0000°.*model's 0\.0139°.*(2\.0139|1\.9861)°.*take another instrument, or wait"),
+        (0.0, 3600.0, r"the pointing model's 1\.0000° of collimation.*no nearer than 1\.0000°: wait"),
+        (2.0, 0.0, r"a pointing origin 2\.0000° beside the tube's axis.*another instrument"),
+    ],
+)
+def test_a_refusal_near_the_pole_names_origin_and_model_each_with_its_size(kind, x_deg, collimation_arcsec, blamed):
+    names = ("CA", "IA") if kind is MountType.ALTAZ_FORK else ("CH", "IH")
+    model = PointingModel.of(kind.kind, 51.5, **dict(zip(names, (collimation_arcsec, 100.0), strict=True)))
+    subject = Mount(kind, math.radians(51.5), origin_x=math.radians(x_deg), model=model)
+    pole = Mount(kind, math.radians(51.5)).observed(0.3, math.radians(89.9))
+    with pytest.raises(Unreachable, match=blamed) as refusal:
+        subject.axes(pole, "normal")
+    assert ("origin" in str(refusal.value)) == (x_deg > 0.0)
+    assert ("model" in str(refusal.value)) == (collimation_arcsec > 0.0)
 
 
 @origins

@@ -8,6 +8,7 @@ import pytest
 from simulated_runs import MOUNTS, TRUTH, simulated_run
 
 from pointing.errors import PointingError
+from pointing.model import choice
 from pointing.model.choice import choose_terms
 from pointing.model.cross_validation import CrossValidation, cv_sky_rms_arcsec
 from pointing.model.fit import fit
@@ -120,6 +121,21 @@ def test_every_candidate_is_taken_or_left_with_a_reason():
     html = chosen._repr_html_()
     assert all(step.why.replace("″", "") in html.replace("″", "") for step in chosen.left if "'" not in step.why)
     assert "of patches left out" in repr(chosen)
+
+
+def test_what_is_left_needs_no_fit_of_its_own(monkeypatch):
+    simulated, _ = six_terms("fork", 5000, 60)
+    fits = []
+
+    def counted(run, model, **options):
+        fits.append(model)
+        return fit(run, model, **options)
+
+    monkeypatch.setattr(choice, "fit", counted)
+    chosen = choose_terms(simulated.run, "CH NP MA ME TF DCES DCEC HDCH HXCH2")
+    print(f"{len(fits)} fits for {len(chosen.path)} steps, {len(chosen.left)} candidates left")
+    assert len(chosen.left) >= 4
+    assert len(fits) == len(chosen.path)
 
 
 def test_terms_that_are_the_same_are_never_chosen_together():

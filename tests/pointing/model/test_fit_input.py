@@ -1,9 +1,11 @@
 """What a fit cannot do with what it is given is refused with the reason and the remedy."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated_runs import TRUTH, simulated_run
 
 from pointing.errors import PointingError
 from pointing.model.fit import fit
@@ -92,6 +94,18 @@ def test_a_model_of_the_other_mount_or_of_its_terms_is_refused():
 def test_index_errors_by_pier_side_need_both_sides():
     with pytest.raises(PointingError, match="need observations on both: leave by_pier out"):
         fit(run_of(9), "IH ID", by_pier=True)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+def test_leverages_add_up_to_the_number_of_terms_whatever_the_weights(robust):
+    true = TRUTH["fork"]
+    run = simulated_run("fork", 40.0, true, 30, np.random.default_rng(8)).run
+    weighted = replace(run, weight=np.linspace(0.5, 8.0, 30), kept=np.arange(30) != 4)
+    found = fit(weighted, " ".join(true), robust=robust)
+    total = float(np.sum(found.leverage[[0, 2]]))
+    print(f"{found.k} terms, leverage {total:.9f}")
+    assert total == pytest.approx(found.k, abs=1e-6)  # the equations are those before the last step of the fit
+    assert np.all(found.leverage[:, 4] == 0.0)
 
 
 def test_a_fit_of_nothing_tells_the_scatter_about_a_given_model():

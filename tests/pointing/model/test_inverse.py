@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pointing.errors import Unreachable
+from pointing.errors import PointingError, Unreachable
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import NAMED, Term, term, terms
@@ -79,6 +79,10 @@ def test_the_telescope_comes_back_to_where_it_was_where_one_place_alone_leads_to
         if name[:2] in {"TX", "PZ"}:
             lon, lat = above(kind, phi, (lon, lat), 1.0 if abs(coefficient) < 1e-3 else 10.0)
         model = PointingModel(kind, phi, (term(name, kind),), (coefficient,))
+        if name == "PHH2":  # about where H leaps by a turn, and H² by (2π)² at most
+            at, middle = model.frame.place(lon, lat), (model.frame.middle[0], model.frame.middle_beyond[0])
+            near = np.abs(at.own[0] - np.where(at.beyond, middle[1], middle[0]))
+            lon, lat = (each[near < math.pi - math.tau**2 * abs(coefficient)] for each in (lon, lat))
         back = model.telescope(*model.star(lon, lat))
         assert np.max(np.abs(back[1] - lat)) < 0.3  # in the same posture
         worst = max(worst, float(np.max(distance(back, (lon, lat)))))
@@ -92,6 +96,20 @@ def test_a_displacement_across_the_zenith_has_no_way_back():
         model.telescope(0.4, math.pi / 2 - 100 * ARCSEC)
     lon, lat = model.telescope(0.4, math.pi / 2 - 400 * ARCSEC)
     assert distance(model.star(lon, lat), (0.4, math.pi / 2 - 400 * ARCSEC)) < 1e-6
+
+
+@pytest.mark.parametrize("names", ["CH TF", "CH"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_star_at_no_finite_place_is_refused_as_that_and_is_nan_in_an_array(names, bad):
+    model = PointingModel.of("equatorial", 38.0, **dict.fromkeys(names.split(), 30.0))
+    for lon, lat in ((bad, 0.5), (0.5, bad)):
+        for call in (model.telescope, lambda *star: model.telescope_and_rates(*star, 1e-5, 1e-5)):
+            with pytest.raises(PointingError, match=r"(nan|inf).*finite angles in radians") as refusal:
+                call(lon, lat)
+            assert not isinstance(refusal.value, Unreachable)  # waiting does not help
+        found = model.telescope(np.array([lon, 0.4]), np.array([lat, 0.5]))
+        assert np.isnan(found)[:, 0].all()
+        assert tuple(each[1] for each in found) == pytest.approx(model.telescope(0.4, 0.5), abs=1e-12)
 
 
 def test_the_blind_spot_of_collimation_is_told_and_is_nan_in_an_array():

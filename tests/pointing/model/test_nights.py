@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,6 +74,20 @@ def test_the_next_run_is_predicted_better_than_by_the_last_fit_with_and_without_
         )
     assert ours < last  # of all seeds together
     assert ours_too < anew
+
+
+def test_the_unit_of_weights_is_a_matter_of_taste():
+    runs = [run for run, _ in nights_of("fork", 5000, runs=4, n=12)]
+    heavy = [replace(run, weight=4.0 * run.weight) for run in runs]
+    names = names_of("fork")
+    one, other = fit_nights(runs, names), fit_nights(heavy, names)
+    few, heavy_few = (run.subset(np.arange(12) < 3) for run in (runs[-1], heavy[-1]))
+    print(f"scatter {one.scatter / ARCSEC:.4f}″, with all weights 4 {other.scatter / ARCSEC:.4f}″")
+    for a, b in ((one.predict_next(), other.predict_next()), (one.predict_next(few), other.predict_next(heavy_few))):
+        assert b.scatter == pytest.approx(a.scatter, rel=1e-9)
+        size = np.max(np.abs(a.covariance))
+        np.testing.assert_allclose(b.covariance, a.covariance, rtol=1e-3, atol=1e-4 * size)
+        assert b.model.coefficients == pytest.approx(a.model.coefficients, abs=1e-3 * ARCSEC)
 
 
 @pytest.mark.campaign

@@ -71,6 +71,20 @@ def test_larger_changes_differ_in_second_order_only(drift_arcsec):
     assert left < 1e-4 * moved * (moved + noise)
 
 
+@pytest.mark.parametrize("forgetting", [1.0, 0.97])
+def test_the_unit_of_weights_is_a_matter_of_taste(forgetting):
+    names = " ".join(TRUTH["fork"])
+    first, more = a_run("fork", 40, 5010), a_run("fork", 5, 5011)
+    heavy, heavy_more = (replace(run, weight=4.0 * run.weight) for run in (first, more))
+    one, _ = learned(SequentialFit.of(fit(first, names), forgetting), more)
+    other, _ = learned(SequentialFit.of(fit(heavy, names), forgetting), heavy_more)
+    print(f"scatter {one.prediction.scatter / ARCSEC:.4f}″, weights 4 {other.prediction.scatter / ARCSEC:.4f}″")
+    assert other.prediction.scatter == pytest.approx(one.prediction.scatter, rel=1e-9)
+    np.testing.assert_allclose(other.covariance, one.covariance, rtol=1e-9)
+    begun = SequentialFit.of(fit(heavy, names), forgetting)
+    assert begun.prediction.scatter == pytest.approx(fit(heavy, names).prediction.scatter, rel=1e-12)
+
+
 def test_forgetting_weighs_a_star_by_its_age():
     names, forgetting = " ".join(TRUTH["german"]), 0.97
     first, more = a_run("german", 100, 5004, noise_arcsec=0.05), a_run("german", 20, 5005, noise_arcsec=0.05)

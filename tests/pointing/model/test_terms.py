@@ -13,6 +13,7 @@ from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun
 from pointing.model.terms import NAMED, Term, term, terms
 
+ADDITIVE = {"H", "D", "A", "E"}  # results whose amounts add up
 SMALL = 1e-6  # rad
 LATITUDES_DEG = (38.0, -31.0)
 sin, cos, tan = np.sin, np.cos, np.tan
@@ -268,3 +269,11 @@ def test_a_term_of_ones_own_is_fitted_and_undone_beside_the_others():
 def test_a_term_of_ones_own_that_cannot_work_is_refused(name, result, function, says):
     with pytest.raises(PointingError, match=says):
         own_term(name, result, function)
+
+
+@pytest.mark.parametrize("kind", ["equatorial", "altazimuth"])
+def test_no_two_terms_of_constant_amount_move_the_same_unless_that_adds_up(kind):
+    """What `pointing.model.rigid` rests on, which sums them."""
+    constant = [each.result for each in NAMED if kind in each.mounts and not each.factors]
+    assert not [each for each in constant if constant.count(each) > 1 and each not in ADDITIVE]
+    assert own_term("WHIFF", "D", lambda h, d: 1.0 + 0.0 * h * d).factors  # and thus is none of constant amount
