@@ -82,10 +82,12 @@ def read_model(path: str | Path) -> ModelFile:
         lines.pop()
     if len(lines) < 2:
         raise PointingError(f"{Path(path).name} is no model: give caption, T n RMS A B, terms and END")
-    end = next((i for i, line in enumerate(lines) if line.text.strip().upper() == "END"), None)
+    caption, head, *rest = lines  # a caption may be END
+    numbers = _head(head)
+    end = next((i for i, line in enumerate(rest) if line.text.strip().upper() == "END"), None)
     if end is None:
         lines[-1].refuse("the model ends without END: the file is cut off; write END behind the last term")
-    return ModelFile(lines[0].text.strip(), *_head(lines[1]), _rows(lines[2:end]))
+    return ModelFile(caption.text.strip(), *numbers, _rows(rest[:end]))
 
 
 def _rows(records: list[Record]) -> tuple[ModelRow, ...]:

@@ -46,9 +46,15 @@ class ModelOnFile(PointingModel):
         Raises
         ------
         PointingError
-            It is no model file, or not of this kind of mount; with the file, and the line that is wrong.
+            It is no model file, has no term, or is not of this kind of mount; with the file, and the line that is
+            wrong.
         """
         file = read_model(path)
+        if not file.rows:
+            raise PointingError(
+                f"{path.name}: the model has no term, and would leave the telescope unmodelled: write NAME and "
+                "coefficient in arcseconds, a line a term"
+            )
         return cls(
             kind,
             latitude,
@@ -67,7 +73,7 @@ class ModelOnFile(PointingModel):
         """File, terms and what it left, in one line."""
         fitted = f", fitted to {self.n} stars" if self.n else ""
         left = f", {self.sky_rms / _ARCSEC:.3g}″ left on the sky" if self.sky_rms else ""
-        return f"{self.path.name}: {' '.join(each.name for each in self.terms) or 'no terms'}{fitted}{left}"
+        return f"{self.path.name}: {' '.join(each.name for each in self.terms)}{fitted}{left}"
 
 
 def _term(path: Path, row: ModelRow, kind: MountKind, latitude: float) -> Term:

@@ -37,7 +37,8 @@ ROW = st.builds(
 
 @settings(derandomize=True, deadline=None, max_examples=100)
 @given(
-    st.from_regex(r"[A-Za-z0-9][A-Za-z0-9.,:°-]{0,20}( [a-z]{1,5})?", fullmatch=True),
+    st.sampled_from(["END", "end", "T 5 1.0", ""])
+    | st.from_regex(r"[A-Za-z0-9][A-Za-z0-9.,:°-]{0,20}( [a-z]{1,5})?", fullmatch=True),
     st.integers(0, 10**6), st.floats(0.0, 1e6), NUMBER, NUMBER, st.lists(ROW, max_size=8, unique_by=lambda r: r.name),
 )  # fmt: skip
 def test_any_model_comes_back_to_the_last_digit(tmp_path_factory, caption, n, rms, a, b, rows):
@@ -53,6 +54,8 @@ def test_any_model_comes_back_to_the_last_digit(tmp_path_factory, caption, n, rm
         ("", "m.mod is no model: give caption, T n RMS A B, terms and END"),
         ("Caption\n12 3\nEND\n", "m.mod, line 2, column 1: '12 3': wanted is T, then n"),
         ("Caption\nT 12\nEND\n", "line 2, column 1: 'T 12': 1 numbers"),
+        ("Caption\nEND\n", "line 2, column 2: 'ND': no number; wanted are n, sky RMS"),
+        ("END\nT 12 3\n IA 1\n", "line 3, column 1: ' IA 1': the model ends without END"),
         ("Caption\nT 12.5 3 0 0\nEND\n", "line 2, column 3: '12.5': a number of observations"),
         ("Caption\nT 12 3 0 x\nEND\n", "line 2, column 10: 'x': no number"),
         ("Caption\nT 1 2 0 0\n IA 1.0 2.0 3.0\nEND\n", "line 3, column 4: ' 1.0 2.0 3.0': 3 numbers"),

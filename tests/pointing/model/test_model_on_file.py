@@ -49,6 +49,20 @@ def test_what_is_wrong_is_refused_with_file_and_line(more, said, tmp_path):
         ModelOnFile.read(written(tmp_path, more), "equatorial", 0.7)
 
 
+def test_a_caption_end_hides_no_term(tmp_path):
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace("a mount", "END"), encoding="utf-8")
+    model = ModelOnFile.read(path, "equatorial", 0.7)
+    assert (model.caption, model.arcsec) == ("END", pytest.approx({"IH": 12.5, "CH": -45.0, "TF": 15.0}))
+
+
+def test_a_file_without_a_term_is_refused_as_it_would_leave_the_telescope_unmodelled(tmp_path):
+    path = tmp_path / "model.mod"
+    path.write_text("a mount\nT 39 2.9\nEND\n  IH +12.5\n", encoding="utf-8")
+    with pytest.raises(PointingError, match=r"model\.mod: the model has no term.*: write NAME and coefficient"):
+        ModelOnFile.read(path, "equatorial", 0.7)
+
+
 def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path):
     with pytest.raises(PointingError, match=r"none\.mod"):
         ModelOnFile.read(tmp_path / "none.mod", "equatorial", 0.7)
