@@ -13,16 +13,16 @@ from pointing.errors import PointingError
 from pointing.model.choice import Choice, choose_terms
 from pointing.model.degeneracy import refuse_degenerate
 from pointing.model.diagnosis import diagnose
-from pointing.model.equatorial_places import Places
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
 from pointing.model.model_file import ModelFile, ModelRow, read_model
 from pointing.model.place import MountKind
-from pointing.model.polar_alignment import TILTS, Pole, polar_alignment
+from pointing.model.polar_alignment import TILTS, polar_alignment
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.saved_model import kind_of, model_of
 from pointing.model.terms import term, terms
+from pointing.model.words import Places, Pole
 from pointing.site import Weather
 
 DEFAULT_TERMS: dict[MountKind, str] = {

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
 from clockdrive.errors import InputError
+from pointing.model.words import PLACES, POLES
 
 if TYPE_CHECKING:
     from pointing.site import Weather
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
-PLACES = ("apparent", "icrs", "observed")
-POLES = ("true", "refracted")
 
 
 def add_fit(add: Adder) -> None:

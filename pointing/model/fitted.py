@@ -27,8 +27,9 @@ if TYPE_CHECKING:
     from astropy.table import QTable
 
     from pointing.model.error_map import ErrorMap
-    from pointing.model.polar_alignment import AxisTilt, PolarAlignment, Pole
+    from pointing.model.polar_alignment import AxisTilt, PolarAlignment
     from pointing.model.predicted_place import PredictedPlace
+    from pointing.model.words import Pole
     from pointing.site import Weather
 
 Array = NDArray[np.float64]

@@ -13,11 +13,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 from pointing.model.functions import Real, functions_of, once
 
 MountKind = Literal["equatorial", "altazimuth"]
+KINDS: tuple[MountKind, ...] = get_args(MountKind)
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
 
 _TINY = 1e-15  # keeps a gradient finite at a pole, where it has no meaning

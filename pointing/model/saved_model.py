@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
 from pointing.model.model_file import ModelFile, ModelRow, write_model
-from pointing.model.place import MountKind
+from pointing.model.place import KINDS, MountKind
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import term
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
-
-KINDS: tuple[MountKind, MountKind] = ("equatorial", "altazimuth")
 
 
 def model_file(fit: "Fit") -> ModelFile:

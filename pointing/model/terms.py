@@ -24,7 +24,7 @@ from typing import Literal
 from pointing.errors import PointingError
 from pointing.model.amount import Beyond, Factor, Factors, amount
 from pointing.model.functions import Real
-from pointing.model.place import Angle, MountKind, Place
+from pointing.model.place import KINDS, Angle, MountKind, Place
 from pointing.model.results import RESULTS, Result
 
 Evidence = Literal["published", "unconfirmed", "own"]
@@ -115,7 +115,6 @@ class Term:
 
 
 _E: tuple[MountKind, ...] = ("equatorial",)
-_NEITHER: tuple[MountKind, ...] = ("equatorial", "altazimuth")
 
 
 def _s(letter: str, number: int = 1) -> Factor:
@@ -255,7 +254,7 @@ def refuse_twice(listed: Sequence[Term]) -> None:
 
 def _generic(name: str) -> Term | None:
     """Read a harmonic's or a polynomial's name."""
-    evidence = () if name in _CHECKED else _NEITHER
+    evidence = () if name in _CHECKED else KINDS
     if worm := _WORM.fullmatch(name):
         axis, function, number = worm.groups()
         factor = Factor(function, axis, int(number))

@@ -18,11 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.equatorial_places import PLACES, Circumstances, Places, observed_places
+from pointing.model.equatorial_places import Circumstances, observed_places
+from pointing.model.place import MountKind
 from pointing.model.records import Number, Record, sexagesimal, write_lines
-from pointing.model.run import MountKind, PointingRun
+from pointing.model.run import PointingRun
 from pointing.model.tpoint_observation import read_observation
 from pointing.model.tpoint_records import is_end, is_option, read_runs, without_comment
+from pointing.model.words import PLACES, Places
 from pointing.site import Weather
 
 KEYWORDS = {  # how many numbers each takes, at most

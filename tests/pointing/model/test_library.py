@@ -36,6 +36,15 @@ def test_the_application_exports_the_same():
         assert getattr(clockdrive, name) is getattr(pointing, name)
 
 
+def test_the_words_of_a_command_line_cost_no_mathematics():
+    code = (
+        "import sys; from pointing.model.words import PLACES, POLES; print(*PLACES, *POLES);"
+        "print([name for name in ('numpy', 'erfa', 'astropy') if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert run.stdout == "apparent icrs observed true refracted\n[]\n"
+
+
 def test_a_fit_loads_neither_astropy_nor_matplotlib():
     code = (
         "import sys; from pointing import fit, PointingRun;"
