@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pointing.model.diagnosis import diagnose
     from pointing.model.fit import fit
     from pointing.model.fitted import Fit
-    from pointing.model.model_file import read_model
+    from pointing.model.model_on_file import read_model
     from pointing.model.nights import fit_nights
     from pointing.model.own_term import own_term
     from pointing.model.pointing_model import PointingModel
@@ -80,7 +80,7 @@ _HOME = {
     "fit_nights": "pointing.model.nights",
     "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
-    "read_model": "pointing.model.model_file",
+    "read_model": "pointing.model.model_on_file",
     "read_run": "pointing.model.run_file",
     "read_tle": "pointing.tle",
     "read_tpoint": "pointing.model.tpoint_file",

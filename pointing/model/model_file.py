@@ -69,7 +69,7 @@ class ModelFile:
         return f"<table><caption>{head}</caption><tr><th>term</th><th>″</th><th>σ</th><th></th></tr>{rows}</table>"
 
 
-def read_model(path: str | Path) -> ModelFile:
+def read_model_file(path: str | Path) -> ModelFile:
     """Read a model file; lines behind END are not looked at.
 
     Raises
@@ -129,8 +129,8 @@ def _row(record: Record) -> ModelRow:
     return ModelRow(match["name"].upper(), numbers[0].value, sigma, "=" in flags, "&" in flags)
 
 
-def write_model(model: ModelFile, path: str | Path) -> None:
-    """Write a model file, which `read_model` reads back to the last digit.
+def write_model_file(model: ModelFile, path: str | Path) -> None:
+    """Write a model file, which `read_model_file` reads back to the last digit.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from simulated_runs import TRUTH, simulated_run
 from clockdrive.cli import main
 from clockdrive.fitting import DEFAULT_TERMS
 from pointing.model.ecsv_run import write_ecsv
-from pointing.model.model_file import ModelFile, ModelRow, read_model, write_model
+from pointing.model.model_file import ModelFile, ModelRow, read_model_file, write_model_file
 from pointing.model.tpoint_file import write_tpoint
 
 
@@ -130,7 +130,7 @@ def test_the_model_the_residuals_and_the_picture_are_written(answer, observation
     code, found = answer("fit", observations(), "-o", paths[0], "--residuals", paths[1], "--plot", paths[2])
     assert code == 0
     assert found["written"] == [str(path) for path in paths]
-    rows = {row.name: row.arcsec for row in read_model(paths[0]).rows}
+    rows = {row.name: row.arcsec for row in read_model_file(paths[0]).rows}
     assert rows == {each["name"]: each["arcsec"] for each in found["terms"]}
     assert len(QTable.read(paths[1], format="ascii.ecsv")) == 60
     assert paths[2].read_bytes().startswith(b"\x89PNG")
@@ -223,10 +223,10 @@ def test_a_run_with_a_fault_is_diagnosed_and_not_fitted(answer, tmp_path):
 def models(tmp_path):
     """Two good model files and one for no mount."""
     rows = (ModelRow("IA", 10.0, 1.0), ModelRow("NPAE", 5.0), ModelRow("TX", 3.0, 0.5, fixed=True))
-    write_model(ModelFile("one", n=20, sky_rms_arcsec=2.5, rows=rows), tmp_path / "one.mod")
+    write_model_file(ModelFile("one", n=20, sky_rms_arcsec=2.5, rows=rows), tmp_path / "one.mod")
     other = (ModelRow("IA", 16.0, 1.0), ModelRow("IE", -4.0, 0.2))
-    write_model(ModelFile("two", n=30, sky_rms_arcsec=1.5, rows=other), tmp_path / "two.mod")
-    write_model(ModelFile("bad", rows=(ModelRow("IA", 1.0), ModelRow("IH", 1.0))), tmp_path / "bad.mod")
+    write_model_file(ModelFile("two", n=30, sky_rms_arcsec=1.5, rows=other), tmp_path / "two.mod")
+    write_model_file(ModelFile("bad", rows=(ModelRow("IA", 1.0), ModelRow("IH", 1.0))), tmp_path / "bad.mod")
     return tmp_path
 
 
@@ -245,12 +245,12 @@ def test_a_model_is_checked(answer, models):
     code, found = answer("model", "check", models / "one.mod", models / "bad.mod")
     assert code == 1
     assert "for no mount" in found["reason"]
-    write_model(ModelFile("huge", rows=(ModelRow("IA", 200_000.0),)), models / "huge.mod")
+    write_model_file(ModelFile("huge", rows=(ModelRow("IA", 200_000.0),)), models / "huge.mod")
     assert "possible are −45° to 45°" in answer("model", "check", models / "huge.mod")[1]["reason"]
     twins = ModelFile("twins", rows=(ModelRow("TF", 1.0), ModelRow("ECEC", 1.0)))
-    write_model(twins, models / "twins.mod")
+    write_model_file(twins, models / "twins.mod")
     assert "TF, ECEC cannot be told apart" in answer("model", "check", models / "twins.mod")[1]["reason"]
-    write_model(ModelFile("empty"), models / "empty.mod")
+    write_model_file(ModelFile("empty"), models / "empty.mod")
     assert "no term" in answer("model", "check", models / "empty.mod")[1]["reason"]
 
 

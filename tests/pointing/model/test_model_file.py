@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pointing.errors import PointingError
-from pointing.model.model_file import ModelFile, ModelRow, read_model, write_model
+from pointing.model.model_file import ModelFile, ModelRow, read_model_file, write_model_file
 
 PUBLISHED = {
     "auxtel_2022-04": (54, 3.1416, {"IA": (-292.0063, 2.16741), "IE": (-213.0469, 0.90851), "AN": (39.1647, 0.50375),
@@ -19,12 +19,12 @@ PUBLISHED = {
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_a_real_model_is_read_and_written_byte_for_byte(shared, tmp_path, name):
     path = shared / "data" / "tpoint" / f"{name}.mod"
-    model = read_model(path)
+    model = read_model_file(path)
     n, rms, terms = PUBLISHED[name]
     assert (model.method, model.n, model.sky_rms_arcsec) == ("T", n, rms)
     assert {row.name: (row.arcsec, row.sigma_arcsec) for row in model.rows} == terms
     assert [row.name for row in model.rows if row.fixed] == (["CA"] if name == "auxtel_2020-02" else [])
-    write_model(model, tmp_path / "again.mod")
+    write_model_file(model, tmp_path / "again.mod")
     assert (tmp_path / "again.mod").read_bytes() == path.read_bytes()
 
 
@@ -44,8 +44,8 @@ ROW = st.builds(
 def test_any_model_comes_back_to_the_last_digit(tmp_path_factory, caption, n, rms, a, b, rows):
     model = ModelFile(caption, "T", n, rms, a, b, tuple(rows))
     path = tmp_path_factory.getbasetemp() / "any.mod"
-    write_model(model, path)
-    assert read_model(path) == model
+    write_model_file(model, path)
+    assert read_model_file(path) == model
 
 
 @pytest.mark.parametrize(
@@ -71,14 +71,14 @@ def test_what_is_no_model_is_refused_with_line_column_and_text(tmp_path, text, s
     path = tmp_path / "m.mod"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(PointingError) as refused:
-        read_model(path)
+        read_model_file(path)
     assert said in str(refused.value)
 
 
 def test_flags_comments_and_a_head_without_refraction_are_read(tmp_path):
     path = tmp_path / "m.mod"
     path.write_bytes(b"Old\r\nT 10 2.5\r\n! comment\r\n&=NP +1.5\r\n  ch -2.25 .125\r\nEND\r\nmore\r\n")
-    model = read_model(path)
+    model = read_model_file(path)
     assert model == ModelFile(
         "Old",
         "T",
