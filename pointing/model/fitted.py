@@ -253,7 +253,13 @@ class Fit:
         return polar_alignment(self, pole, weather)
 
     def save(self, path: str | Path) -> None:
-        """Write the model as a TPOINT model file."""
+        """Write the model as a TPOINT model file, which `pointing.read_model` reads back.
+
+        Raises
+        ------
+        PointingError
+            It has a term of one's own or none at all, or the file cannot be written.
+        """
         from pointing.model.saved_model import save
 
         save(self, path)

@@ -3,10 +3,33 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pointing.errors import PointingError
 from pointing.model.model_file import ModelFile, ModelRow, write_model_file
+from pointing.model.terms import known
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
+
+
+def save(fit: "Fit", path: str | Path) -> None:
+    """Write a fit's model.
+
+    Raises
+    ------
+    PointingError
+        It has a term of one's own, or none at all, so that nothing could read it; or the file cannot be written.
+    """
+    own = [each.name for each in fit.model.terms if known(each.name) != each]
+    if own:
+        raise PointingError(
+            f"{' '.join(own)}: a term of one's own is a function, of which a model file has only the name, and no "
+            "reader would know it: save a fit without it, or keep the run (`write_ecsv`) and fit it again"
+        )
+    if not fit.model.terms:
+        raise PointingError(
+            "the model has no term, and no file without a term is read: fit some, as in fit(run, 'IH ID')"
+        )
+    write_model_file(model_file(fit), path)
 
 
 def model_file(fit: "Fit") -> ModelFile:
@@ -17,14 +40,3 @@ def model_file(fit: "Fit") -> ModelFile:
     )
     caption = fit.model.caption or fit.run.caption or "Pointing model"
     return ModelFile(caption, n=fit.n, sky_rms_arcsec=fit.sky_rms_arcsec, rows=rows)
-
-
-def save(fit: "Fit", path: str | Path) -> None:
-    """Write a fit's model.
-
-    Raises
-    ------
-    PointingError
-        The file cannot be written.
-    """
-    write_model_file(model_file(fit), path)
