@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pointing.model.run_file import read_run
     from pointing.model.sequential import SequentialFit
     from pointing.model.terms import worm_terms
-    from pointing.model.tpoint_file import read_tpoint
+    from pointing.model.tpoint_file import read_tpoint, read_tpoint_all
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
@@ -84,6 +84,7 @@ _HOME = {
     "read_run": "pointing.model.run_file",
     "read_tle": "pointing.tle",
     "read_tpoint": "pointing.model.tpoint_file",
+    "read_tpoint_all": "pointing.model.tpoint_file",
     "worm_terms": "pointing.model.terms",
 }
 
@@ -130,6 +131,7 @@ __all__ = [
     "read_run",
     "read_tle",
     "read_tpoint",
+    "read_tpoint_all",
     "worm_terms",
 ]
 

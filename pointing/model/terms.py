@@ -198,18 +198,18 @@ def term(name: str, kind: MountKind) -> Term:
     return found
 
 
-def terms(names: str, kind: MountKind) -> tuple[Term, ...]:
-    """Return the terms of a list of names, separated by blanks or commas.
+def terms(names: str | Sequence[Term | str], kind: MountKind) -> tuple[Term, ...]:
+    """Return the terms of a list of names, separated by blanks or commas, or of a list of terms and names.
 
     Raises
     ------
     PointingError
         A name is no term of this kind of mount, stands twice, or there is none.
     """
-    listed = names.replace(",", " ").split()
+    listed = names.replace(",", " ").split() if isinstance(names, str) else names
     if not listed:
         raise PointingError('no pointing terms are named: give some, as in "IH ID CH NP MA ME"')
-    found = tuple(term(name, kind) for name in listed)
+    found = tuple(term(each, kind) if isinstance(each, str) else each for each in listed)
     refuse_twice(found)
     return found
 

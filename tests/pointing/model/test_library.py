@@ -32,7 +32,8 @@ def test_the_application_exports_the_same():
     import clockdrive
     import pointing
 
-    for name in ("PointingModel", "fit", "read_run", "read_tpoint"):
+    assert set(pointing.__all__) <= set(clockdrive.__all__)
+    for name in pointing.__all__:
         assert getattr(clockdrive, name) is getattr(pointing, name)
 
 

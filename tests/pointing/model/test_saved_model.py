@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from simulated_runs import TRUTH, simulated_run
 
-from pointing import own_term, read_model
+from pointing import PointingModel, own_term, read_model
 from pointing.errors import PointingError
 from pointing.model.fit import fit
 from pointing.model.model_file import ModelRow, read_model_file
@@ -49,7 +49,7 @@ def test_a_term_of_ones_own_is_refused_before_the_file_is_touched(moves, tmp_pat
 def test_a_model_of_no_terms_is_refused_as_it_is_when_read(tmp_path):
     run = simulated_run("fork", 40.0, TRUTH["fork"], 40, np.random.default_rng(1)).run
     with pytest.raises(PointingError, match="the model has no term"):
-        fit(run, []).save(tmp_path / "model.mod")
+        fit(run, PointingModel("equatorial", run.latitude, (), ())).save(tmp_path / "model.mod")
     assert not (tmp_path / "model.mod").exists()
 
 
