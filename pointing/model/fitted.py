@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from pointing.model.polar_alignment import AxisTilt, PolarAlignment
     from pointing.model.predicted_place import PredictedPlace
     from pointing.model.words import Pole
+    from pointing.mount import Posture
     from pointing.site import Weather
 
 Array = NDArray[np.float64]
@@ -216,7 +217,13 @@ class Fit:
 
         write_residuals(self, path)
 
-    def predict(self, first: Any, second: Any = None, *, beyond: bool = False) -> "PredictedPlace":  # noqa: ANN401
+    def predict(
+        self,
+        first: Any,  # noqa: ANN401 - a quantity, or a SkyCoord
+        second: Any = None,  # noqa: ANN401
+        *,
+        posture: "Posture" = "normal",
+    ) -> "PredictedPlace":
         """Predict the telescope's angles for observed places, with units; see `pointing.model.predicted_place`.
 
         Raises
@@ -226,7 +233,7 @@ class Fit:
         """
         from pointing.model.predicted_place import predict
 
-        return predict(self, first, second, beyond=beyond)
+        return predict(self, first, second, posture=posture)
 
     def error_map(self, step_deg: float = 5.0, lowest_deg: float = 15.0) -> "ErrorMap":
         """Return the standard deviation of the model's places over the sky; see `pointing.model.error_map`.
