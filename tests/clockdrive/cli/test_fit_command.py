@@ -3,7 +3,9 @@
 import json
 import math
 import re
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import erfa
 import numpy as np
@@ -129,7 +131,7 @@ def test_the_model_the_residuals_and_the_picture_are_written(answer, observation
     paths = [tmp_path / name for name in ("out.mod", "out.ecsv", "out.png")]
     code, found = answer("fit", observations(), "-o", paths[0], "--residuals", paths[1], "--plot", paths[2])
     assert code == 0
-    assert found["written"] == [str(path) for path in paths]
+    assert sorted(found["written"]) == sorted(str(path) for path in paths)
     rows = {row.name: row.arcsec for row in read_model_file(paths[0]).rows}
     assert rows == {each["name"]: each["arcsec"] for each in found["terms"]}
     assert len(QTable.read(paths[1], format="ascii.ecsv")) == 60
@@ -189,7 +191,9 @@ def test_the_pole_to_which_the_axis_shall_point_is_chosen(answer, observations):
         (["--auto", "--fixed", "CH=0"], 2, "--fixed goes with --terms"),
         (["--plot", "picture.unknown"], 1, "cannot be drawn"),
         (["-o", "absent/model.mod"], 1, "cannot be written"),
-        (["--residuals", "absent/residuals.ecsv"], 1, "cannot be written"),
+        (["--residuals", "absent/residuals.ecsv"], 1, "cannot be written: there is no folder 'absent'"),
+        (["--plot", "picture"], 1, "picture cannot be drawn: .*possible are .*png"),
+        (["-o", "."], 1, "is a folder: name a file in it"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence(run, observations, tmp_path, monkeypatch, words, code, text):
@@ -199,6 +203,34 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(run, observations, tmp_pat
     assert out == ""
     assert len(err.splitlines()) == 1
     assert re.search(text, err)
+
+
+@pytest.mark.parametrize(
+    "fault", [["--plot", "picture.unknown"], ["--plot", "picture.png"], ["--residuals", "absent/residuals.ecsv"]]
+)
+def test_what_cannot_be_written_leaves_the_model_of_last_night_in_place(
+    run, observations, tmp_path, monkeypatch, fault
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    (tmp_path / "model.mod").write_text("last night's", encoding="utf-8")
+    code, _, err = run("fit", observations(), "-o", "model.mod", *fault)
+    assert code == 1
+    assert re.search(r"pip install 'clockdrive\[plots\]'|there is no folder", err)
+    assert (tmp_path / "model.mod").read_text(encoding="utf-8") == "last night's"
+
+
+def test_the_result_is_shown_before_a_disk_that_fills_up(run, observations, tmp_path, monkeypatch):
+    def full(*_words, **_named):
+        raise OSError(28, "No space left on device")
+
+    path = observations()
+    monkeypatch.setattr(Path, "write_text", full)
+    code, out, err = run("fit", path, "-o", tmp_path / "model.mod")
+    assert code == 1
+    assert "sky RMS" in out
+    assert "written" not in out
+    assert "model.mod' cannot be written (No space left on device)" in err
 
 
 def test_a_run_with_a_fault_is_diagnosed_and_not_fitted(answer, tmp_path):
