@@ -13,16 +13,16 @@ from pointing.errors import PointingError
 from pointing.model.choice import Choice, choose_terms
 from pointing.model.degeneracy import refuse_degenerate
 from pointing.model.diagnosis import diagnose
-from pointing.model.equatorial_places import Places
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
-from pointing.model.model_file import ModelFile, ModelRow, read_model
+from pointing.model.model_file import ModelFile, ModelRow, read_model_file
+from pointing.model.model_on_file import ModelOnFile, kind_of, read_model
 from pointing.model.place import MountKind
-from pointing.model.polar_alignment import TILTS, Pole, polar_alignment
+from pointing.model.polar_alignment import TILTS, polar_alignment
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
-from pointing.model.saved_model import kind_of, model_of
 from pointing.model.terms import term, terms
+from pointing.model.words import Places, Pole
 from pointing.site import Weather
 
 DEFAULT_TERMS: dict[MountKind, str] = {
@@ -152,7 +152,7 @@ def _fitted(run: PointingRun, names: str, wanted: Wanted) -> tuple[Fit, Choice |
 
 def show_models(paths: Sequence[str]) -> dict[str, Any]:
     """What each model file says, with what its terms are."""
-    return {"ok": True, "models": [_shown(path, read_model(path)) for path in paths]}
+    return {"ok": True, "models": [_shown(path, read_model_file(path)) for path in paths]}
 
 
 def check_models(paths: Sequence[str]) -> dict[str, Any]:
@@ -166,10 +166,9 @@ def check_models(paths: Sequence[str]) -> dict[str, Any]:
     problems = []
     for path in paths:
         try:
-            _refuse_impossible(read_model(path))
+            _refuse_degenerate(read_model(path, ANY_LATITUDE_DEG))
         except PointingError as error:
-            name = Path(path).name
-            problems.append(str(error) if name in str(error) else f"{name}: {error}")
+            problems.append(str(error))
     if problems:
         raise PointingError("; ".join(problems))
     return show_models(paths)
@@ -185,7 +184,7 @@ def compare_models(paths: Sequence[str]) -> dict[str, Any]:
     """
     if len(paths) < 2:
         raise PointingError(f"{paths[0]} alone: name two or more model files to compare")
-    tables = [{row.name: row for row in read_model(path).rows} for path in paths]
+    tables = [{row.name: row for row in read_model_file(path).rows} for path in paths]
     names = list(dict.fromkeys(name for table in tables for name in table))
     return {
         "ok": True,
@@ -210,9 +209,10 @@ def _sigmas_apart(first: ModelRow | None, other: ModelRow | None) -> float | Non
 
 
 def _shown(path: str, file: ModelFile) -> dict[str, Any]:
-    kind = kind_of(file)
+    name = Path(path).name
+    kind = kind_of(file, name)
     return {
-        "file": Path(path).name,
+        "file": name,
         "caption": file.caption,
         "mount": kind,
         "n": file.n,
@@ -231,9 +231,10 @@ def _shown(path: str, file: ModelFile) -> dict[str, Any]:
     }
 
 
-def _refuse_impossible(file: ModelFile) -> None:
-    kind = kind_of(file)
-    if not file.rows:
-        raise PointingError("the model has no term: write NAME and coefficient in arcseconds, a line a term")
-    frame = model_of(file, ANY_LATITUDE_DEG, kind).frame
-    refuse_degenerate([term(row.name, kind) for row in file.rows if not row.fixed], frame)
+def _refuse_degenerate(model: ModelOnFile) -> None:
+    """Refuse fitted terms that no run tells apart: each coefficient alone means nothing."""
+    fitted = [each for each, is_free in zip(model.terms, model.free, strict=True) if is_free]
+    try:
+        refuse_degenerate(fitted, model.frame)
+    except PointingError as error:
+        raise PointingError(f"{model.path.name}: {error}") from None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pointing.model.diagnosis import diagnose
     from pointing.model.fit import fit
     from pointing.model.fitted import Fit
-    from pointing.model.model_file import read_model
+    from pointing.model.model_on_file import read_model
     from pointing.model.nights import fit_nights
     from pointing.model.own_term import own_term
     from pointing.model.pointing_model import PointingModel
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pointing.model.run_file import read_run
     from pointing.model.sequential import SequentialFit
     from pointing.model.terms import worm_terms
-    from pointing.model.tpoint_file import read_tpoint
+    from pointing.model.tpoint_file import read_tpoint, read_tpoint_all
     from pointing.mount import Mount, MountType
     from pointing.offset import OffsetTarget
     from pointing.plan import Axis, Plan, Start, Timing
@@ -80,10 +80,11 @@ _HOME = {
     "fit_nights": "pointing.model.nights",
     "own_term": "pointing.model.own_term",
     "passes": "pointing.visibility",
-    "read_model": "pointing.model.model_file",
+    "read_model": "pointing.model.model_on_file",
     "read_run": "pointing.model.run_file",
     "read_tle": "pointing.tle",
     "read_tpoint": "pointing.model.tpoint_file",
+    "read_tpoint_all": "pointing.model.tpoint_file",
     "worm_terms": "pointing.model.terms",
 }
 
@@ -130,6 +131,7 @@ __all__ = [
     "read_run",
     "read_tle",
     "read_tpoint",
+    "read_tpoint_all",
     "worm_terms",
 ]
 

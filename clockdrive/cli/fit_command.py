@@ -1,18 +1,20 @@
 """`clockdrive fit` and `clockdrive model`: pointing models from runs of observations, and their files."""
 
 import argparse
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
-from clockdrive.errors import InputError
+from clockdrive.errors import ClockdriveError, InputError
+from pointing.model.words import PLACES, POLES
 
 if TYPE_CHECKING:
+    from pointing.model.fitted import Fit
     from pointing.site import Weather
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
-PLACES = ("apparent", "icrs", "observed")
-POLES = ("true", "refracted")
 
 
 def add_fit(add: Adder) -> None:
@@ -43,7 +45,7 @@ def add_fit(add: Adder) -> None:
 
 
 def fit(args: argparse.Namespace) -> None:
-    """Fit, write what is asked for, and show the result."""
+    """Fit, show the result, and write what is asked for; what could not be written is refused before."""
     from clockdrive.fitting import Wanted, fit_file  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
     if args.auto and args.fixed:
@@ -52,28 +54,49 @@ def fit(args: argparse.Namespace) -> None:
         args.terms or "", args.auto, _fixed(args.fixed), args.places, _weather(args.weather), args.robust,
         args.outliers, args.by_pier, _indices(args.mask), args.pole,
     )  # fmt: skip
+    _refuse_unwritable(args)
     found = fit_file(args.file, wanted)
-    written = _written(args, found.fit)
     if args.json:
-        display.as_json({**found.json, "written": written})
+        display.as_json({**found.json, "written": list(_write(args, found.fit))})
         return
     steps = [] if found.choice is None else [f"{step.action} {step.term}: {step.why}" for step in found.choice.path]
     findings = [f"beware: {each}" for each in found.findings]
-    lines = [*steps, repr(found.fit), *findings, found.advice, *(f"written: {name}" for name in written)]
+    lines = [*steps, repr(found.fit), *findings, found.advice]
     print("\n".join(line for line in lines if line), flush=True)
+    for name in _write(args, found.fit):
+        print(f"written: {name}", flush=True)
 
 
-def _written(args: argparse.Namespace, found: Any) -> list[str]:  # noqa: ANN401 - a Fit, whose module is not loaded
-    """Write the files that were asked for; return their names."""
-    if args.output:
-        found.save(args.output)
-    if args.residuals:
-        found.write_residuals(args.residuals)
+def _refuse_unwritable(args: argparse.Namespace) -> None:
+    """Refuse files that could not be written, before a long fit and before another one is replaced."""
+    for option, name in (("--plot", args.plot), ("--residuals", args.residuals), ("--output", args.output)):
+        if not name:
+            continue
+        file = Path(name)
+        if file.is_dir() or not file.parent.is_dir():
+            what = "is a folder: name a file in it" if file.is_dir() else f"there is no folder {str(file.parent)!r}"
+            raise ClockdriveError(f"{option} {name} cannot be written: {what}")
+        if not os.access(file if file.exists() else file.parent, os.W_OK):
+            raise ClockdriveError(f"{option} {name} cannot be written: you may not; name a file in a folder of yours")
+    if args.plot:
+        from pointing.model.plots import refuse_undrawable  # noqa: PLC0415 - takes matplotlib along
+
+        refuse_undrawable(args.plot)
+
+
+def _write(args: argparse.Namespace, found: "Fit") -> Iterator[str]:
+    """Write the files that were asked for, one by one with its name; the model last, as it may replace one in use."""
     if args.plot:
         from pointing.model.plots import save_panels  # noqa: PLC0415 - takes matplotlib along
 
         save_panels(found, args.plot)
-    return [name for name in (args.output, args.residuals, args.plot) if name]
+        yield args.plot
+    if args.residuals:
+        found.write_residuals(args.residuals)
+        yield args.residuals
+    if args.output:
+        found.save(args.output)
+        yield args.output
 
 
 def _fixed(text: str | None) -> dict[str, float]:

@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
-from typing import Literal
 
 import erfa
 import numpy as np
@@ -19,6 +18,7 @@ from pointing.earth_orientation import EarthOrientation
 from pointing.errors import PointingError
 from pointing.instant import Instant
 from pointing.model.run import Array
+from pointing.model.words import Places
 from pointing.refraction import refract
 from pointing.site import Site, Weather
 from pointing.sky import Sky
@@ -31,8 +31,6 @@ from pointing.vectors import (
     hour_angle_declination,
 )
 
-Places = Literal["icrs", "apparent", "observed"]
-PLACES: tuple[Places, ...] = ("apparent", "icrs", "observed")
 _MJD = 2400000.5
 _NOON = 0.5
 _ORDINAL_MJD = 678576  # the ordinal of MJD 0 in Python's calendar

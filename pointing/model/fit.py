@@ -27,7 +27,7 @@ from pointing.model.normal_equations import NormalEquations
 from pointing.model.outliers import Outlier, find_outliers, huber_weights
 from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun
-from pointing.model.terms import PIER_TERMS, Term, term, terms
+from pointing.model.terms import PIER_TERMS, Term, terms
 
 Array = NDArray[np.float64]
 
@@ -93,10 +93,7 @@ def _start(run: PointingRun, model: str | Sequence[Term | str] | PointingModel) 
         if model.kind != run.mount:
             raise PointingError(f"the model is for an {model.kind} mount, the run is of an {run.mount} one")
         return replace(model, latitude=run.latitude)
-    if isinstance(model, str):
-        listed = terms(model, run.mount)
-    else:
-        listed = tuple(term(each, run.mount) if isinstance(each, str) else each for each in model)
+    listed = terms(model, run.mount)
     return PointingModel(run.mount, run.latitude, listed, (0.0,) * len(listed), run.caption)
 
 

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     from astropy.table import QTable
 
     from pointing.model.error_map import ErrorMap
-    from pointing.model.polar_alignment import AxisTilt, PolarAlignment, Pole
+    from pointing.model.polar_alignment import AxisTilt, PolarAlignment
     from pointing.model.predicted_place import PredictedPlace
+    from pointing.model.words import Pole
+    from pointing.mount import Posture
     from pointing.site import Weather
 
 Array = NDArray[np.float64]
@@ -223,7 +225,13 @@ class Fit:
 
         write_residuals(self, path)
 
-    def predict(self, first: Any, second: Any = None, *, beyond: bool = False) -> "PredictedPlace":  # noqa: ANN401
+    def predict(
+        self,
+        first: Any,  # noqa: ANN401 - a quantity, or a SkyCoord
+        second: Any = None,  # noqa: ANN401
+        *,
+        posture: "Posture" = "normal",
+    ) -> "PredictedPlace":
         """Predict the telescope's angles for observed places, with units; see `pointing.model.predicted_place`.
 
         Raises
@@ -233,7 +241,7 @@ class Fit:
         """
         from pointing.model.predicted_place import predict
 
-        return predict(self, first, second, beyond=beyond)
+        return predict(self, first, second, posture=posture)
 
     def error_map(self, step_deg: float = 5.0, lowest_deg: float = 15.0) -> "ErrorMap":
         """Return the standard deviation of the model's places over the sky; see `pointing.model.error_map`.
@@ -260,7 +268,13 @@ class Fit:
         return polar_alignment(self, pole, weather)
 
     def save(self, path: str | Path) -> None:
-        """Write the model as a TPOINT model file."""
+        """Write the model as a TPOINT model file, which `pointing.read_model` reads back.
+
+        Raises
+        ------
+        PointingError
+            It has a term of one's own or none at all, or the file cannot be written.
+        """
         from pointing.model.saved_model import save
 
         save(self, path)

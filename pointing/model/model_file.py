@@ -69,7 +69,7 @@ class ModelFile:
         return f"<table><caption>{head}</caption><tr><th>term</th><th>″</th><th>σ</th><th></th></tr>{rows}</table>"
 
 
-def read_model(path: str | Path) -> ModelFile:
+def read_model_file(path: str | Path) -> ModelFile:
     """Read a model file; lines behind END are not looked at.
 
     Raises
@@ -82,10 +82,12 @@ def read_model(path: str | Path) -> ModelFile:
         lines.pop()
     if len(lines) < 2:
         raise PointingError(f"{Path(path).name} is no model: give caption, T n RMS A B, terms and END")
-    end = next((i for i, line in enumerate(lines) if line.text.strip().upper() == "END"), None)
+    caption, head, *rest = lines  # a caption may be END
+    numbers = _head(head)
+    end = next((i for i, line in enumerate(rest) if line.text.strip().upper() == "END"), None)
     if end is None:
         lines[-1].refuse("the model ends without END: the file is cut off; write END behind the last term")
-    return ModelFile(lines[0].text.strip(), *_head(lines[1]), _rows(lines[2:end]))
+    return ModelFile(caption.text.strip(), *numbers, _rows(rest[:end]))
 
 
 def _rows(records: list[Record]) -> tuple[ModelRow, ...]:
@@ -127,8 +129,8 @@ def _row(record: Record) -> ModelRow:
     return ModelRow(match["name"].upper(), numbers[0].value, sigma, "=" in flags, "&" in flags)
 
 
-def write_model(model: ModelFile, path: str | Path) -> None:
-    """Write a model file, which `read_model` reads back to the last digit.
+def write_model_file(model: ModelFile, path: str | Path) -> None:
+    """Write a model file, which `read_model_file` reads back to the last digit.
 
     Raises
     ------

@@ -184,16 +184,22 @@ class Nights:
         )
 
 
-def fit_nights(runs: Sequence[PointingRun], names: str, *, staying: str = "", outliers: bool = False) -> Nights:
+def fit_nights(
+    runs: Sequence[PointingRun],
+    model: str | Sequence[Term | str],
+    *,
+    staying: str | Sequence[Term | str] = "",
+    outliers: bool = False,
+) -> Nights:
     """Fit the runs of one telescope together.
 
     Parameters
     ----------
     runs : sequence of PointingRun
         In the order in which they were observed, two or more; σ of drifts mean something from about five on.
-    names : str
-        The terms, as in `"IH ID CH"`.
-    staying : str
+    model : str or sequence of Term or str
+        The terms, as for `fit`: names as in `"IH ID CH"`, or names and terms as in `["IH", "ID", own_term(...)]`.
+    staying : str or sequence of Term or str
         Terms that are known to be the same in all runs. All others may drift, as far as the runs say.
     outliers : bool
         Mask in every run what does not belong to it.
@@ -211,12 +217,14 @@ def fit_nights(runs: Sequence[PointingRun], names: str, *, staying: str = "", ou
     """
     if len(runs) < 2:
         raise PointingError(f"{len(runs)} runs; nights need two or more: fit(run, …) fits one")
-    listed = terms(names, runs[0].mount)
+    listed = terms(model, runs[0].mount)
     held = {each.name for each in terms(staying, runs[0].mount)} if staying else set()
     absent = held - {each.name for each in listed}
     if absent:
-        raise PointingError(f"{min(absent)} is to stay, but is no term of the model: {names}")
-    runs, models = _begun(runs, names, outliers=outliers)
+        raise PointingError(
+            f"{min(absent)} is to stay, but is no term of the model: {' '.join(each.name for each in listed)}"
+        )
+    runs, models = _begun(runs, listed, outliers=outliers)
     weights = np.concatenate([run.weight[run.kept & (run.weight > 0.0)] for run in runs])
     n, mean_weight = len(weights), float(np.mean(weights))
     changing = [(each.name not in held, each.is_index) for each in listed]
@@ -235,7 +243,7 @@ def fit_nights(runs: Sequence[PointingRun], names: str, *, staying: str = "", ou
 
 
 def _begun(
-    runs: Sequence[PointingRun], names: str, *, outliers: bool
+    runs: Sequence[PointingRun], listed: Sequence[Term], *, outliers: bool
 ) -> tuple[list[PointingRun], list[PointingModel]]:
     """Every run, its outliers masked, and a model near it: its own fit, or the mean of the others'."""
     kept, refused = list(runs), None
@@ -244,7 +252,7 @@ def _begun(
         if run.mount != runs[0].mount:
             raise PointingError(f"run {i} is of an {run.mount} mount, run 0 of an {runs[0].mount} one")
         try:
-            result = fit(run, names, outliers=outliers)
+            result = fit(run, listed, outliers=outliers)
         except PointingError as error:
             models.append(None)
             refused = error

@@ -22,12 +22,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 from pointing.model.functions import SCALAR, Real, functions_of, once
 from pointing.tube import turn_of_axis2
 
 MountKind = Literal["equatorial", "altazimuth"]
+KINDS: tuple[MountKind, ...] = get_args(MountKind)
 Angle = tuple[Real, Real, Real]  # value, ∂/∂lon, ∂/∂lat
 
 OWN_TURNS = ((-math.pi, 3.0 * math.pi), (-1.5 * math.pi, 1.5 * math.pi))

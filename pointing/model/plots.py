@@ -72,7 +72,7 @@ def save_panels(fit: "Fit", path: str | Path) -> None:
     PointingError
         matplotlib is not installed, does not know the form, or the file cannot be written.
     """
-    _pyplot()
+    refuse_undrawable(path)
     from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
 
     figure = Figure(figsize=(12.0, 10.0), layout="constrained")
@@ -81,6 +81,25 @@ def save_panels(fit: "Fit", path: str | Path) -> None:
         figure.savefig(path)
     except (ValueError, OSError) as error:
         raise PointingError(f"{path} cannot be drawn: {error}") from None
+
+
+def refuse_undrawable(path: str | Path) -> None:
+    """Refuse a picture that could not be drawn, before there is anything to draw.
+
+    Raises
+    ------
+    PointingError
+        matplotlib is not installed, or does not know the form that the file's name says.
+    """
+    _pyplot()
+    from matplotlib.backend_bases import FigureCanvasBase  # noqa: PLC0415 - an extra
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    form = Path(path).suffix.removeprefix(".").lower()
+    if form not in known:
+        raise PointingError(
+            f"{path} cannot be drawn: its name says the form {form or 'not at all'}; possible are {', '.join(known)}"
+        )
 
 
 def plot_against(fit: "Fit", component: str, against: str, ax: "Axes | None" = None) -> "Axes":

@@ -16,11 +16,12 @@ that.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
+from pointing.model.words import POLES, Pole
 from pointing.refraction import refract
 from pointing.site import Site, Weather
 from pointing.sky import Sky
@@ -35,8 +36,6 @@ from pointing.vectors import (
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
 
-Pole = Literal["true", "refracted"]
-POLES: tuple[Pole, ...] = ("true", "refracted")
 TILTS: dict[MountKind, tuple[str, str]] = {"equatorial": ("ME", "MA"), "altazimuth": ("AN", "AW")}
 _ARCSEC = math.degrees(1.0) * 3600.0
 _METRE_MM = 1000.0

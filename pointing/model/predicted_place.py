@@ -11,6 +11,7 @@ from astropy.units import Quantity
 from pointing.errors import PointingError
 from pointing.model.place import Frame, MountKind
 from pointing.model.run import nearest_turn
+from pointing.mount import POSTURES, Posture
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
@@ -53,7 +54,13 @@ class PredictedPlace:
         return f"<table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{rows}</table>"
 
 
-def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False) -> PredictedPlace:  # noqa: ANN401
+def predict(
+    fit: "Fit",
+    first: Any,  # noqa: ANN401 - a quantity, or a SkyCoord
+    second: Any = None,  # noqa: ANN401
+    *,
+    posture: Posture = "normal",
+) -> PredictedPlace:
     """Predict the telescope's angles for observed places.
 
     Parameters
@@ -63,16 +70,18 @@ def predict(fit: "Fit", first: Any, second: Any = None, *, beyond: bool = False)
     first, second : Quantity
         The mount's own coordinates: hour angle (west positive) and declination, or azimuth and elevation. Or `first`
         alone, a `SkyCoord` of the frame AltAz or HADec.
-    beyond : bool
-        Whether the telescope points beyond the pole or zenith.
+    posture : {"normal", "beyond"}
+        How the telescope points there: beyond the pole or zenith, or not.
 
     Raises
     ------
     PointingError
-        The place is of another frame, or has no unit of angle.
+        The place is of another frame, or has no unit of angle, or there is no such posture.
     """
+    if posture not in POSTURES:
+        raise PointingError(f"there is no posture {posture!r}: possible are {' and '.join(POSTURES)}")
     lon, lat = np.broadcast_arrays(*_coordinates(fit.model.frame, first, second))
-    if beyond:
+    if posture == "beyond":
         lon, lat = fit.model.frame.beyond_the_pole(lon, lat)
     axis1, axis2 = (each.reshape(np.shape(lon)) for each in fit.model.telescope(np.ravel(lon), np.ravel(lat)))
     sigma, of_one = (fit.predicted_sigma(axis1, axis2, observation=each) for each in (False, True))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pointing.model.functions import Real
-from pointing.model.place import MountKind, Place, ShiftedPlace
+from pointing.model.place import KINDS, MountKind, Place, ShiftedPlace
 from pointing.model.root import solve
 
 Coordinates = tuple[Real, Real]
@@ -278,7 +278,6 @@ def _turned(place: Place, cosine: Real, sine: Real) -> Real:
 
 _ALTAZ: tuple[MountKind, ...] = ("altazimuth",)
 _EQUATORIAL: tuple[MountKind, ...] = ("equatorial",)
-_BOTH: tuple[MountKind, ...] = ("equatorial", "altazimuth")
 
 RESULTS: dict[str, Result] = {
     result.letter: result
@@ -291,7 +290,7 @@ RESULTS: dict[str, Result] = {
         Result("P", "h-δ non-perpendicularity", _EQUATORIAL, 1.0, _perpendicular, _perpendicular_back),
         Result("A", "azimuth, to the left", _ALTAZ, -1.0, _along_lon, _along_lon_back),
         Result("S", "left-right on the sky, to the left", _ALTAZ, -1.0, _cone, _cone_back),
-        Result("Z", "zenith distance", _BOTH, 1.0, _vertical, _vertical_back),
+        Result("Z", "zenith distance", KINDS, 1.0, _vertical, _vertical_back),
         Result("E", "elevation", _ALTAZ, 1.0, _along_lat, _along_lat_back),
         Result("N", "azimuth axis, to the north", _ALTAZ, 1.0, *_tilt(lambda at: (-at.cos_lon, at.sin_lon))),
         Result("W", "azimuth axis, to the west", _ALTAZ, 1.0, *_tilt(lambda at: (at.sin_lon, at.cos_lon))),

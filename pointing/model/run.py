@@ -10,21 +10,19 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pointing.errors import PointingError
-from pointing.model.place import Frame
+from pointing.model.place import KINDS, Frame, MountKind
 from pointing.site import Weather
 
 if TYPE_CHECKING:
     from astropy.table import QTable
 
 Array = NDArray[np.float64]
-MountKind = Literal["equatorial", "altazimuth"]
-MOUNTS: tuple[MountKind, MountKind] = ("equatorial", "altazimuth")
 COORDINATES = {"equatorial": ("hour angle", "declination"), "altazimuth": ("azimuth", "elevation")}
 PER_OBSERVATION = ("weight", "kept", "time", "sidereal_time", "rotator", "auxiliary", "line")
 
@@ -113,8 +111,8 @@ class PointingRun:
     options: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.mount not in MOUNTS:
-            raise PointingError(f"mount {self.mount!r}; possible are {' and '.join(MOUNTS)}")
+        if self.mount not in KINDS:
+            raise PointingError(f"mount {self.mount!r}; possible are {' and '.join(KINDS)}")
         if not abs(self.latitude) <= math.pi / 2:
             raise PointingError(
                 f"latitude {math.degrees(self.latitude):.10g}°; possible are −90° to 90°: give radians"

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pointing.model.equatorial_places import Places
 from pointing.model.records import Record, read_lines
 from pointing.model.run import PointingRun
 from pointing.model.spk_file import LETTERS, read_spk
 from pointing.model.tpoint_file import read_tpoint
+from pointing.model.words import Places
 from pointing.site import Weather
 
 

@@ -20,7 +20,8 @@ from astropy.time import Time
 from numpy.typing import NDArray
 
 from pointing.errors import PointingError
-from pointing.model.run import COORDINATES, MOUNTS, Array, MountKind, PointingRun
+from pointing.model.place import KINDS, MountKind
+from pointing.model.run import COORDINATES, Array, PointingRun
 from pointing.site import Weather
 
 _TELESCOPE = "telescope_"
@@ -100,10 +101,10 @@ def from_table(table: Table, name: str = "table") -> PointingRun:
 
 
 def _mount(name: str, columns: list[str]) -> MountKind:
-    for mount in MOUNTS:
+    for mount in KINDS:
         if set(angle_columns(mount)) <= set(columns):
             return mount
-    wanted = " or ".join(", ".join(angle_columns(mount)) for mount in MOUNTS)
+    wanted = " or ".join(", ".join(angle_columns(mount)) for mount in KINDS)
     raise PointingError(f"{name} has columns {', '.join(columns) or 'none'}: wanted are {wanted}")
 
 

@@ -1,22 +1,35 @@
-"""A model to and from a TPOINT model file, which says neither the kind of mount nor its latitude.
+"""A fit as a TPOINT model file; `pointing.model.model_on_file` is the way back."""
 
-The kind follows from the terms. Coefficients are written with all their digits, so a model read back is the same one.
-"""
-
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
-from pointing.model.model_file import ModelFile, ModelRow, write_model
-from pointing.model.place import MountKind
-from pointing.model.pointing_model import PointingModel
-from pointing.model.terms import term
+from pointing.model.model_file import ModelFile, ModelRow, write_model_file
+from pointing.model.terms import known
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Fit
 
-KINDS: tuple[MountKind, MountKind] = ("equatorial", "altazimuth")
+
+def save(fit: "Fit", path: str | Path) -> None:
+    """Write a fit's model.
+
+    Raises
+    ------
+    PointingError
+        It has a term of one's own, or none at all, so that nothing could read it; or the file cannot be written.
+    """
+    own = [each.name for each in fit.model.terms if known(each.name) != each]
+    if own:
+        raise PointingError(
+            f"{' '.join(own)}: a term of one's own is a function, of which a model file has only the name, and no "
+            "reader would know it: save a fit without it, or keep the run (`write_ecsv`) and fit it again"
+        )
+    if not fit.model.terms:
+        raise PointingError(
+            "the model has no term, and no file without a term is read: fit some, as in fit(run, 'IH ID')"
+        )
+    write_model_file(model_file(fit), path)
 
 
 def model_file(fit: "Fit") -> ModelFile:
@@ -27,51 +40,3 @@ def model_file(fit: "Fit") -> ModelFile:
     )
     caption = fit.model.caption or fit.run.caption or "Pointing model"
     return ModelFile(caption, n=fit.n, sky_rms_arcsec=fit.sky_rms_arcsec, rows=rows)
-
-
-def save(fit: "Fit", path: str | Path) -> None:
-    """Write a fit's model.
-
-    Raises
-    ------
-    PointingError
-        The file cannot be written.
-    """
-    try:
-        write_model(model_file(fit), path)
-    except OSError as error:
-        raise PointingError(f"{path} cannot be written: {error.strerror}; name a folder that is there") from None
-
-
-def model_of(file: ModelFile, latitude_deg: float, kind: MountKind | None = None) -> PointingModel:
-    """Return what a model file says as a model.
-
-    Raises
-    ------
-    PointingError
-        Its terms are not of one kind of mount, or not of `kind`.
-    """
-    of = kind or kind_of(file)
-    listed = tuple(term(row.name, of) for row in file.rows)
-    coefficients = tuple(math.radians(row.arcsec / 3600.0) for row in file.rows)
-    return PointingModel(of, math.radians(latitude_deg), listed, coefficients, file.caption)
-
-
-def kind_of(file: ModelFile) -> MountKind:
-    """Return the kind of mount that has all terms of a file; equatorial where both have.
-
-    Raises
-    ------
-    PointingError
-        Neither has, or a name is no term.
-    """
-    refusals = []
-    for kind in KINDS:
-        try:
-            for row in file.rows:
-                term(row.name, kind)
-        except PointingError as error:
-            refusals.append(f"{kind}: {error}")
-        else:
-            return kind
-    raise PointingError(f"{file.caption or 'the model'} is for no mount: {'; '.join(refusals)}")

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
+from pointing.model.place import MountKind
 from pointing.model.records import Record, read_lines, write_lines
-from pointing.model.run import COORDINATES, MountKind, PointingRun
+from pointing.model.run import COORDINATES, PointingRun
 
 LETTERS: dict[str, MountKind] = {"A": "altazimuth", "E": "equatorial"}
 

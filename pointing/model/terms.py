@@ -25,7 +25,7 @@ from typing import Literal
 from pointing.errors import PointingError
 from pointing.model.amount import Beyond, Factor, Factors, amount
 from pointing.model.functions import Real
-from pointing.model.place import Angle, MountKind, Place
+from pointing.model.place import KINDS, Angle, MountKind, Place
 from pointing.model.results import RESULTS, Result
 
 Evidence = Literal["published", "unconfirmed", "own"]
@@ -115,7 +115,6 @@ class Term:
 
 
 _E: tuple[MountKind, ...] = ("equatorial",)
-_NEITHER: tuple[MountKind, ...] = ("equatorial", "altazimuth")
 
 
 def _s(letter: str, number: int = 1) -> Factor:
@@ -199,18 +198,18 @@ def term(name: str, kind: MountKind) -> Term:
     return found
 
 
-def terms(names: str, kind: MountKind) -> tuple[Term, ...]:
-    """Return the terms of a list of names, separated by blanks or commas.
+def terms(names: str | Sequence[Term | str], kind: MountKind) -> tuple[Term, ...]:
+    """Return the terms of a list of names, separated by blanks or commas, or of a list of terms and names.
 
     Raises
     ------
     PointingError
         A name is no term of this kind of mount, stands twice, or there is none.
     """
-    listed = names.replace(",", " ").split()
+    listed = names.replace(",", " ").split() if isinstance(names, str) else names
     if not listed:
         raise PointingError('no pointing terms are named: give some, as in "IH ID CH NP MA ME"')
-    found = tuple(term(name, kind) for name in listed)
+    found = tuple(term(each, kind) if isinstance(each, str) else each for each in listed)
     refuse_twice(found)
     return found
 
@@ -257,7 +256,7 @@ def refuse_twice(listed: Sequence[Term]) -> None:
 
 def _generic(name: str) -> Term | None:
     """Read a harmonic's or a polynomial's name."""
-    evidence = () if name in _CHECKED else _NEITHER
+    evidence = () if name in _CHECKED else KINDS
     if worm := _WORM.fullmatch(name):
         axis, function, number = worm.groups()
         factor = Factor(function, axis, int(number))

@@ -18,11 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.equatorial_places import PLACES, Circumstances, Places, observed_places
+from pointing.model.equatorial_places import Circumstances, observed_places
+from pointing.model.place import MountKind
 from pointing.model.records import Number, Record, sexagesimal, write_lines
-from pointing.model.run import MountKind, PointingRun
+from pointing.model.run import PointingRun
 from pointing.model.tpoint_observation import read_observation
 from pointing.model.tpoint_records import is_end, is_option, read_runs, without_comment
+from pointing.model.words import PLACES, Places
 from pointing.site import Weather
 
 KEYWORDS = {  # how many numbers each takes, at most
@@ -231,15 +233,19 @@ def write_tpoint(run: PointingRun, path: str | Path) -> None:
     """
     if np.any(run.weight != 1.0):
         raise PointingError("the run has weights, for which TPOINT's format has no room: write ECSV")
-    caption = without_comment(" ".join(run.caption.split())).strip().lstrip(":") or "Pointing run"
     keyword = next(word for word, mount in _MOUNTS.items() if mount == run.mount)
     frame = ["! Right ascensions and declinations are observed places"] if run.mount == "equatorial" else []
     options = [keyword, *(option for option in run.options if option != keyword)]
     row = _written_equatorial if run.mount == "equatorial" else _written_altazimuth
-    lines = [*frame, caption, *(f":{option}" for option in options), _written_parameters(run)]
+    lines = [*frame, _written_caption(run.caption), *(f":{option}" for option in options), _written_parameters(run)]
     for i, kept in enumerate(run.kept):
         lines.append(("" if kept else "! ") + row(run, i) + _written_extras(run, i))
     write_lines(path, [*lines, "END"])
+
+
+def _written_caption(caption: str) -> str:
+    r"""The caption without what would be read as something else: a comment, an option's `:`, a continuing `\`."""
+    return without_comment(" ".join(caption.split())).lstrip(": ").rstrip("\\ ") or "Pointing run"
 
 
 def _written_parameters(run: PointingRun) -> str:

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 
+from pointing.model.place import MountKind
 from pointing.model.records import Number, Record, sexagesimal
-from pointing.model.run import MountKind
 
 _COLUMNS: dict[MountKind, tuple[int, str]] = {
     "equatorial": (14, "RA h m s, Dec d m s, telescope RA h m s, telescope Dec d m s, sidereal time h m, [rotator]"),

@@ -27,7 +27,7 @@ def read_runs(path: str | Path) -> list[list[Record]]:
             optioned = in_body = False
         optioned |= is_option(record)
         in_body |= optioned and not is_option(record)
-        ended = is_end(record)
+        ended = is_end(record) and i > starts[-1]  # a caption may be END
     return [records[a:b] for a, b in zip(starts, [*starts[1:], len(records)], strict=True)]
 
 

@@ -252,6 +252,7 @@ WRONG = {
         r"model\.mod, line 4.*no pointing term 'IQ'; for this mount there are IH",
     ),
     "degrees": ("! comment\n &=CH  400000.0 1.0\n", r"line 4.*CH of 111\.111°.*coefficients are arcseconds"),
+    "no terms": ("", r"model\.mod: the model has no term"),
     "no number": ("  IH  twelve\n", r"model\.mod, line 3, column 7"),
 }
 

@@ -3,7 +3,9 @@
 import json
 import math
 import re
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import erfa
 import numpy as np
@@ -14,7 +16,7 @@ from simulated_runs import TRUTH, simulated_run
 from clockdrive.cli import main
 from clockdrive.fitting import DEFAULT_TERMS
 from pointing.model.ecsv_run import write_ecsv
-from pointing.model.model_file import ModelFile, ModelRow, read_model, write_model
+from pointing.model.model_file import ModelFile, ModelRow, read_model_file, write_model_file
 from pointing.model.tpoint_file import write_tpoint
 
 
@@ -129,8 +131,8 @@ def test_the_model_the_residuals_and_the_picture_are_written(answer, observation
     paths = [tmp_path / name for name in ("out.mod", "out.ecsv", "out.png")]
     code, found = answer("fit", observations(), "-o", paths[0], "--residuals", paths[1], "--plot", paths[2])
     assert code == 0
-    assert found["written"] == [str(path) for path in paths]
-    rows = {row.name: row.arcsec for row in read_model(paths[0]).rows}
+    assert sorted(found["written"]) == sorted(str(path) for path in paths)
+    rows = {row.name: row.arcsec for row in read_model_file(paths[0]).rows}
     assert rows == {each["name"]: each["arcsec"] for each in found["terms"]}
     assert len(QTable.read(paths[1], format="ascii.ecsv")) == 60
     assert paths[2].read_bytes().startswith(b"\x89PNG")
@@ -189,7 +191,9 @@ def test_the_pole_to_which_the_axis_shall_point_is_chosen(answer, observations):
         (["--auto", "--fixed", "CH=0"], 2, "--fixed goes with --terms"),
         (["--plot", "picture.unknown"], 1, "cannot be drawn"),
         (["-o", "absent/model.mod"], 1, "cannot be written"),
-        (["--residuals", "absent/residuals.ecsv"], 1, "cannot be written"),
+        (["--residuals", "absent/residuals.ecsv"], 1, "cannot be written: there is no folder 'absent'"),
+        (["--plot", "picture"], 1, "picture cannot be drawn: .*possible are .*png"),
+        (["-o", "."], 1, "is a folder: name a file in it"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence(run, observations, tmp_path, monkeypatch, words, code, text):
@@ -199,6 +203,34 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(run, observations, tmp_pat
     assert out == ""
     assert len(err.splitlines()) == 1
     assert re.search(text, err)
+
+
+@pytest.mark.parametrize(
+    "fault", [["--plot", "picture.unknown"], ["--plot", "picture.png"], ["--residuals", "absent/residuals.ecsv"]]
+)
+def test_what_cannot_be_written_leaves_the_model_of_last_night_in_place(
+    run, observations, tmp_path, monkeypatch, fault
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    (tmp_path / "model.mod").write_text("last night's", encoding="utf-8")
+    code, _, err = run("fit", observations(), "-o", "model.mod", *fault)
+    assert code == 1
+    assert re.search(r"pip install 'clockdrive\[plots\]'|there is no folder", err)
+    assert (tmp_path / "model.mod").read_text(encoding="utf-8") == "last night's"
+
+
+def test_the_result_is_shown_before_a_disk_that_fills_up(run, observations, tmp_path, monkeypatch):
+    def full(*_words, **_named):
+        raise OSError(28, "No space left on device")
+
+    path = observations()
+    monkeypatch.setattr(Path, "write_text", full)
+    code, out, err = run("fit", path, "-o", tmp_path / "model.mod")
+    assert code == 1
+    assert "sky RMS" in out
+    assert "written" not in out
+    assert "model.mod' cannot be written (No space left on device)" in err
 
 
 def test_a_run_with_a_fault_is_diagnosed_and_not_fitted(answer, tmp_path):
@@ -223,10 +255,10 @@ def test_a_run_with_a_fault_is_diagnosed_and_not_fitted(answer, tmp_path):
 def models(tmp_path):
     """Two good model files and one for no mount."""
     rows = (ModelRow("IA", 10.0, 1.0), ModelRow("NPAE", 5.0), ModelRow("TX", 3.0, 0.5, fixed=True))
-    write_model(ModelFile("one", n=20, sky_rms_arcsec=2.5, rows=rows), tmp_path / "one.mod")
+    write_model_file(ModelFile("one", n=20, sky_rms_arcsec=2.5, rows=rows), tmp_path / "one.mod")
     other = (ModelRow("IA", 16.0, 1.0), ModelRow("IE", -4.0, 0.2))
-    write_model(ModelFile("two", n=30, sky_rms_arcsec=1.5, rows=other), tmp_path / "two.mod")
-    write_model(ModelFile("bad", rows=(ModelRow("IA", 1.0), ModelRow("IH", 1.0))), tmp_path / "bad.mod")
+    write_model_file(ModelFile("two", n=30, sky_rms_arcsec=1.5, rows=other), tmp_path / "two.mod")
+    write_model_file(ModelFile("bad", rows=(ModelRow("IA", 1.0), ModelRow("IH", 1.0))), tmp_path / "bad.mod")
     return tmp_path
 
 
@@ -245,12 +277,12 @@ def test_a_model_is_checked(answer, models):
     code, found = answer("model", "check", models / "one.mod", models / "bad.mod")
     assert code == 1
     assert "for no mount" in found["reason"]
-    write_model(ModelFile("huge", rows=(ModelRow("IA", 200_000.0),)), models / "huge.mod")
+    write_model_file(ModelFile("huge", rows=(ModelRow("IA", 200_000.0),)), models / "huge.mod")
     assert "possible are −45° to 45°" in answer("model", "check", models / "huge.mod")[1]["reason"]
     twins = ModelFile("twins", rows=(ModelRow("TF", 1.0), ModelRow("ECEC", 1.0)))
-    write_model(twins, models / "twins.mod")
+    write_model_file(twins, models / "twins.mod")
     assert "TF, ECEC cannot be told apart" in answer("model", "check", models / "twins.mod")[1]["reason"]
-    write_model(ModelFile("empty"), models / "empty.mod")
+    write_model_file(ModelFile("empty"), models / "empty.mod")
     assert "no term" in answer("model", "check", models / "empty.mod")[1]["reason"]
 
 

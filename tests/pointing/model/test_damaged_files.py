@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pointing.errors import PointingError
 from pointing.model.ecsv_run import read_ecsv, write_ecsv
-from pointing.model.model_file import ModelFile, ModelRow, read_model, write_model
+from pointing.model.model_file import ModelFile, ModelRow, read_model_file, write_model_file
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.spk_file import read_spk, write_spk
@@ -19,7 +19,7 @@ FORMATS = {
     "ecsv": (read_ecsv, write_ecsv, RUN),
     "spk": (read_spk, write_spk, RUN),
     "tpoint": (lambda path: read_run(path, places="observed"), write_tpoint, RUN),
-    "model": (read_model, write_model, MODEL),
+    "model": (read_model_file, write_model_file, MODEL),
 }
 
 

@@ -36,6 +36,12 @@ def test_a_run_with_nothing_left_in_it_is_refused(others, how):
         fit(run_of(9, **others), "IH ID", **how)
 
 
+@pytest.mark.parametrize("terms", ["", " , ", []])
+def test_a_fit_of_no_terms_is_refused(terms):
+    with pytest.raises(PointingError, match="no pointing terms are named: give some"):
+        fit(run_of(9), terms)
+
+
 def test_masked_observations_and_those_of_weight_zero_take_no_part():
     weight, kept = np.ones(12), np.ones(12, bool)
     weight[3], kept[5] = 0.0, False

@@ -32,8 +32,18 @@ def test_the_application_exports_the_same():
     import clockdrive
     import pointing
 
-    for name in ("PointingModel", "fit", "read_run", "read_tpoint"):
+    assert set(pointing.__all__) <= set(clockdrive.__all__)
+    for name in pointing.__all__:
         assert getattr(clockdrive, name) is getattr(pointing, name)
+
+
+def test_the_words_of_a_command_line_cost_no_mathematics():
+    code = (
+        "import sys; from pointing.model.words import PLACES, POLES; print(*PLACES, *POLES);"
+        "print([name for name in ('numpy', 'erfa', 'astropy') if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert run.stdout == "apparent icrs observed true refracted\n[]\n"
 
 
 def test_a_fit_loads_neither_astropy_nor_matplotlib():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from simulated_runs import ARCSEC, TRUTH, simulated_run, sky_places, star_vectors
 
+from pointing import own_term
 from pointing.errors import PointingError
 from pointing.model.fit import fit
 from pointing.model.nights import fit_nights
@@ -135,6 +136,21 @@ def test_terms_held_to_stay_do_not_drift():
     nights = fit_nights(runs, names_of("fork"), staying="CH NP TF MA")
     assert nights["MA"].sigma_arcsec < fit_nights(runs, names_of("fork"))["MA"].sigma_arcsec
     assert all(nights[name].stays for name in ("CH", "NP", "TF", "MA"))
+
+
+def test_terms_are_given_as_to_a_fit_by_name_or_as_they_are():
+    runs = [run for run, _ in nights_of("fork", 5006, runs=3, n=20)]
+    sag = own_term("SAG", "D", lambda h, d: np.sin(h) ** 2 + 0.0 * d)
+    nights = fit_nights(runs, [*TRUTH["fork"], sag], staying=[sag, "CH"])
+    assert [each.name for each in nights.terms] == [
+        each.name for each in fit(runs[0], [*TRUTH["fork"], sag]).coefficients
+    ]
+    assert nights["SAG"].stays
+    assert abs(nights["SAG"].arcsec) < 4.0 * nights["SAG"].sigma_arcsec  # the telescope has none
+    by_name = fit_nights(runs, names_of("fork"))
+    assert [each.arcsec for each in fit_nights(runs, list(TRUTH["fork"])).terms] == [
+        each.arcsec for each in by_name.terms
+    ]
 
 
 def test_without_drift_all_runs_are_one():

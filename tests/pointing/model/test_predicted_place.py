@@ -11,6 +11,7 @@ from pointing.errors import PointingError
 from pointing.model.error_map import error_map
 from pointing.model.fit import fit
 from pointing.model.predicted_place import predict
+from pointing.mount import POSTURES
 
 ARCSEC = np.radians(1.0 / 3600.0)
 MOUNTS = ("fork", "german", "altazimuth")
@@ -23,11 +24,11 @@ def fitted(mount, latitude_deg=-35.0, seed=21, noise_arcsec=0.0, n=80):
 
 
 @pytest.mark.parametrize("mount", MOUNTS)
-@pytest.mark.parametrize("beyond", [False, True])
-def test_the_telescope_put_where_predicted_sees_the_star(mount, beyond):
+@pytest.mark.parametrize("posture", POSTURES)
+def test_the_telescope_put_where_predicted_sees_the_star(mount, posture):
     found = fitted(mount)
     lon, lat = np.linspace(-60.0, 60.0, 7) * u.deg, np.linspace(-50.0, 40.0, 7) * u.deg
-    place = predict(found, lon, lat, beyond=beyond)
+    place = found.predict(lon, lat, posture=posture)
     axes = place.axis1.to_value("rad"), place.axis2.to_value("rad")
     seen = star_vectors(mount, found.model.latitude, TRUTH[mount], *axes)
     lon, lat = lon.to_value("rad"), lat.to_value("rad")
@@ -35,7 +36,7 @@ def test_the_telescope_put_where_predicted_sees_the_star(mount, beyond):
     worst = np.max(np.linalg.norm(seen - star, axis=0)) / ARCSEC
     print(f"{mount}: {worst:.1e}″")
     assert worst < 1e-3  # what the fit of a run without noise leaves
-    assert np.all((np.cos(axes[1]) < 0.0) == beyond)
+    assert np.all((np.cos(axes[1]) < 0.0) == (posture == "beyond"))
     assert place.sigma.unit == u.arcsec
 
 
@@ -83,6 +84,8 @@ def test_other_frames_and_plain_numbers_are_refused_with_what_to_give():
         predict(found, SkyCoord(1.0 * u.deg, 2.0 * u.deg))
     with pytest.raises(PointingError, match="angles with a unit"):
         predict(found, 1.0, 2.0)
+    with pytest.raises(PointingError, match="no posture 'flipped': possible are normal and beyond"):
+        predict(found, 1.0 * u.deg, 2.0 * u.deg, posture="flipped")
 
 
 @pytest.mark.parametrize("mount", MOUNTS)
@@ -99,7 +102,7 @@ def test_the_map_says_by_how_much_fits_of_other_nights_differ(mount):
             azimuth, elevation = own.azimuth[j], own.elevation[i]
             place = SkyCoord(az=azimuth, alt=elevation, frame="altaz")
             beyond = mount == "german" and np.sin(azimuth.to_value("rad")) > 0.0
-            at = predict(found, place, beyond=bool(beyond))
+            at = predict(found, place, posture="beyond" if beyond else "normal")
             axes = at.axis1.to_value("rad"), at.axis2.to_value("rad")
             true = star_vectors(mount, np.radians(latitude), TRUTH[mount], *(np.array([a]) for a in axes))[:, 0]
             lon, lat = found.model.star(*map(float, axes))

@@ -13,7 +13,7 @@ from published_fits import (
 )
 
 from pointing.model.fit import fit
-from pointing.model.model_file import read_model
+from pointing.model.model_file import read_model_file
 
 ALL = [pytest.param(each, id=each.run) for each in PUBLISHED]
 WITH_SIGMAS = [pytest.param(each, id=each.run) for each in PUBLISHED if each.sigmas]
@@ -77,7 +77,7 @@ def test_without_the_rule_beyond_the_pole_the_joint_fit_fails_as_published(share
 
 @pytest.mark.parametrize("name", ["auxtel_2022-04", "auxtel_2020-02"])
 def test_the_table_of_published_fits_is_that_of_the_model_files(shared, name):
-    file = read_model(shared / "data" / "tpoint" / f"{name}.mod")
+    file = read_model_file(shared / "data" / "tpoint" / f"{name}.mod")
     published = next(each for each in PUBLISHED if each.run == name)
     assert {row.name: row.arcsec for row in file.rows} == {**published.coefficients, **published.fixed}
     assert {row.name: row.sigma_arcsec for row in file.rows if not row.fixed} == published.sigmas

@@ -295,6 +295,25 @@ def test_any_run_is_written_and_read_back(tmp_path_factory, mount, latitude, row
         assert np.abs(off).max() < 1e-10
 
 
+@pytest.mark.parametrize(
+    ("caption", "said"),
+    [
+        ("END", "END"),
+        ("end", "end"),
+        (" : :EQUAT", "EQUAT"),
+        ("Run \\ \\", "Run"),
+        ("Run ! of stars", "Run"),
+        ("two\nlines", "two lines"),
+    ],
+)
+def test_a_caption_is_read_back_whatever_it_says(caption, said, tmp_path):
+    run = PointingRun.from_degrees("altazimuth", 30.0, [1, 2], [3, 4], [1, 2], [3, 4], caption=caption)
+    write_tpoint(run, tmp_path / "run.dat")
+    again = read_tpoint(tmp_path / "run.dat")
+    assert (again.caption, len(again)) == (said, 2)
+    assert np.degrees(again.star1) == pytest.approx([1.0, 2.0])
+
+
 def test_masked_observations_are_commented_out_and_weights_refused(tmp_path):
     run = PointingRun.from_degrees("altazimuth", 30.0, [1, 2], [3, 4], [1, 2], [3, 4])
     write_tpoint(run.masked([0]), tmp_path / "run.dat")
