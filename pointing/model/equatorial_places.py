@@ -31,6 +31,7 @@ from pointing.vectors import (
     hour_angle_declination,
 )
 
+YEARS = (1900, 2100)  # of runs whose places are brought to their date; 26 for 2026 is a precession of 27°
 _MJD = 2400000.5
 _NOON = 0.5
 _ORDINAL_MJD = 678576  # the ordinal of MJD 0 in Python's calendar
@@ -66,12 +67,17 @@ def observed_places(
     Raises
     ------
     PointingError
-        Weather or date are needed and missing.
+        Weather or date are needed and missing, or the date is none of a run.
     """
     to_observed = _WAYS[places](at)
     seen = [to_observed(*row) for row in zip(right_ascension, declination, sidereal_time, strict=True)]
     hour_angle, dec = np.array(seen, float).reshape(-1, 2).T
     return hour_angle, dec
+
+
+def dated(day: date) -> bool:
+    """Whether a date is one of a telescope's run, to which places can be brought."""
+    return YEARS[0] <= day.year <= YEARS[1]
 
 
 _Way = Callable[[float, float, float], tuple[float, float]]
@@ -101,6 +107,11 @@ def _icrs(at: Circumstances) -> _Way:
         raise PointingError(
             "ICRS places need the date of the run, and its run parameters have none: write year, month and day "
             "behind the latitude"
+        )
+    if not dated(at.date):
+        raise PointingError(
+            f"the run is of the year {at.date.year}, and ICRS places are brought to it: possible are {YEARS[0]} to "
+            f"{YEARS[1]}; write the year with four digits"
         )
     day = at.date.toordinal() - _ORDINAL_MJD
     noon = Instant.from_utc(day, _NOON * 86400.0)

@@ -16,6 +16,7 @@ from pointing.model.records import Record, read_lines, write_lines
 
 _HEAD = re.compile(r"\s*([A-Z])\s*(.*)", re.IGNORECASE)
 _ROW = re.compile(r"\s*(?P<flags>[&=\s]*)(?P<name>[A-Z][A-Z0-9_]*)(?P<numbers>\s.*)?", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"\d,\d")
 _HEAD_WANTED = "n, sky RMS, and perhaps refraction A and B"
 
 
@@ -70,7 +71,7 @@ class ModelFile:
 
 
 def read_model_file(path: str | Path) -> ModelFile:
-    """Read a model file; lines behind END are not looked at.
+    """Read a model file; behind END only blanks and comments may stand.
 
     Raises
     ------
@@ -87,14 +88,28 @@ def read_model_file(path: str | Path) -> ModelFile:
     end = next((i for i, line in enumerate(rest) if line.text.strip().upper() == "END"), None)
     if end is None:
         lines[-1].refuse("the model ends without END: the file is cut off; write END behind the last term")
+    for record in rest[end + 1 :]:
+        if _speaks(record):
+            record.refuse("text behind END, which is no term: write END behind the last one, or take it out")
     return ModelFile(caption.text.strip(), *numbers, _rows(rest[:end]))
+
+
+def _speaks(record: Record) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    return bool(record.text.strip()) and not record.text.lstrip().startswith(("!", ";"))
+
+
+def _refuse_decimal_comma(record: Record, start: int) -> None:
+    """Refuse `10,5`: commas part numbers, and the value would be 10 with a standard deviation of 5."""
+    found = _DECIMAL_COMMA.search(record.text, start)
+    if found is not None:
+        record.refuse("a comma inside a number: write a decimal point, and blanks between numbers", found.start() + 2)
 
 
 def _rows(records: list[Record]) -> tuple[ModelRow, ...]:
     rows: dict[str, ModelRow] = {}
     for record in records:
-        text = record.text.strip()
-        if text and not text.startswith(("!", ";")):
+        if _speaks(record):
             row = _row(record)
             if row.name in rows:
                 record.refuse(f"the term {row.name} a second time: keep one")
@@ -106,6 +121,7 @@ def _head(record: Record) -> tuple[str, int, float, float, float]:
     match = _HEAD.fullmatch(record.text)
     if match is None:
         record.refuse(f"wanted is T, then {_HEAD_WANTED}")
+    _refuse_decimal_comma(record, match.start(2))
     numbers = record.numbers(_HEAD_WANTED, match.start(2))
     if not 2 <= len(numbers) <= 4:
         record.refuse(f"{len(numbers)} numbers; wanted are {_HEAD_WANTED}")
@@ -119,6 +135,7 @@ def _row(record: Record) -> ModelRow:
     match = _ROW.fullmatch(record.text)
     if match is None:
         record.refuse("no term; write NAME, coefficient and perhaps sigma in arcseconds")
+    _refuse_decimal_comma(record, match.end("name"))
     numbers = record.numbers("coefficient and sigma in arcseconds", match.end("name"))
     if len(numbers) not in {1, 2}:
         record.refuse(f"{len(numbers)} numbers; wanted are coefficient and perhaps sigma", match.end("name") + 1)

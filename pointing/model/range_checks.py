@@ -115,8 +115,9 @@ def below_the_horizon(run: PointingRun) -> Iterator[Finding]:
         )
     else:
         yield Finding(
-            "below-horizon", "warn", f"{said}: check latitude, sidereal time and the columns, or mask these stars"
-        )
+            "below-horizon", "refuse" if 2 * count > len(run) else "warn",
+            f"{said}: check latitude, sidereal time and the columns, or mask these stars",
+        )  # fmt: skip
 
 
 def altitudes(run: PointingRun, latitude: float) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pointing.model.equatorial_places import Circumstances, observed_places
+from pointing.model.equatorial_places import Circumstances, dated, observed_places
 from pointing.model.finding import Finding
 from pointing.model.first_order import design, fit_first_order
 from pointing.model.run import Array, PointingRun, nearest_turn
@@ -33,7 +33,7 @@ _FRAMES = {  # frame read: sense of the pattern, what happened, remedy
 def wrong_frame(run: PointingRun) -> Iterator[Finding]:
     """Equatorial places of J2000 read as those of date, or the reverse; needs date and sidereal time."""
     if (
-        run.mount != "equatorial" or run.date is None or len(run) < _LEAST_STARS
+        run.mount != "equatorial" or run.date is None or not dated(run.date) or len(run) < _LEAST_STARS
         or not np.all(np.isfinite(run.sidereal_time))
     ):  # fmt: skip
         return

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.equatorial_places import Circumstances, observed_places
+from pointing.model.equatorial_places import YEARS, Circumstances, dated, observed_places
 from pointing.model.place import MountKind
 from pointing.model.records import Number, Record, sexagesimal, write_lines
 from pointing.model.run import PointingRun
@@ -101,7 +101,14 @@ def _read_run(path: str | Path, records: list[Record], places: Places | None, we
         records[-1].refuse("the run ends before its run parameters: give the latitude as degrees, minutes, seconds")
     parameters = _parameters(body[0])
     air = weather or parameters.weather
-    run = _observations(mount, body[1:], _frame(records, body[1:], places, words), replace(parameters, weather=air))
+    frame = _frame(records, body[1:], places, words)
+    if frame == "icrs" and parameters.date is not None and not dated(parameters.date):
+        year = body[0].numbers(_WANTED)[3]
+        body[0].refuse(
+            f"the year, to which ICRS places are brought: possible are {YEARS[0]} to {YEARS[1]}; write it with four "
+            "digits", year.column, year.text,
+        )  # fmt: skip
+    run = _observations(mount, body[1:], frame, replace(parameters, weather=air))
     return replace(
         run, caption=caption, source=str(path), date=parameters.date, weather=air,
         height_m=parameters.height_m, lapse_k_m=parameters.lapse_k_m, options=tuple(words),

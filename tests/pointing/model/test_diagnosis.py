@@ -159,6 +159,15 @@ def test_stars_below_the_horizon_are_told_with_their_lines():
     assert "2 of 60 stars are below the horizon (line 8, 13)" in found[0].text
 
 
+def test_a_run_most_of_whose_stars_are_below_the_horizon_is_refused():
+    run = simulated("altazimuth")
+    for count, severity in ((30, "warn"), (31, "refuse"), (60, "refuse")):
+        side = np.where(np.arange(60) < count, -1.0, 1.0)
+        found = diagnose(replace(run, star2=side * run.star2, axis2=side * run.axis2))
+        assert found[0].text.startswith(f"{count} of 60 stars are below the horizon")
+        assert (found[0].name, found[0].severity) == ("below-horizon", severity)
+
+
 def places_of_j2000(run):
     """The same stars with the places a catalogue of J2000 has for them, ERFA's, taken as those of date."""
     ra, dec, _ = erfa.atic13(run.sidereal_time - run.star1 + erfa.eo06a(*TT), run.star2, *TT)

@@ -64,6 +64,9 @@ def test_any_model_comes_back_to_the_last_digit(tmp_path_factory, caption, n, rm
         ("Caption\nT 1 2 0 0\n 12 13\nEND\n", "line 3, column 1: ' 12 13': no term"),
         ("Caption\nT 1 2 0 0\n IA 1 -2\nEND\n", "line 3, column 7: '-2': a standard deviation"),
         ("Caption\nT 1 2 0 0\n IA 1\n =ia 2\nEND\n", "line 4, column 1: ' =ia 2': the term IA a second time"),
+        ("Caption\nT 1 2 0 0\n IH 10,5\nEND\n", "line 3, column 7: ',5': a comma inside a number"),
+        ("Caption\nT 1 2,5 0 0\n IH 10\nEND\n", "line 2, column 6: ',5 0 0': a comma inside a number"),
+        ("Caption\nT 1 2 0 0\n IA 1\nEND\n\n IE 2\n", "line 6, column 1: ' IE 2': text behind END"),
         ("Caption\nT 1 2 0 0\n IA 1\n", "line 3, column 1: ' IA 1': the model ends without END"),
     ],
 )
@@ -77,7 +80,7 @@ def test_what_is_no_model_is_refused_with_line_column_and_text(tmp_path, text, s
 
 def test_flags_comments_and_a_head_without_refraction_are_read(tmp_path):
     path = tmp_path / "m.mod"
-    path.write_bytes(b"Old\r\nT 10 2.5\r\n! comment\r\n&=NP +1.5\r\n  ch -2.25 .125\r\nEND\r\nmore\r\n")
+    path.write_bytes(b"Old\r\nT 10 2.5\r\n! comment\r\n&=NP +1.5\r\n  ch -2.25 .125\r\nEND\r\n! more\r\n\r\n")
     model = read_model_file(path)
     assert model == ModelFile(
         "Old",

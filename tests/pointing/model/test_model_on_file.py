@@ -59,7 +59,7 @@ def test_a_caption_end_hides_no_term(tmp_path):
 
 def test_a_file_without_a_term_is_refused_as_it_would_leave_the_telescope_unmodelled(tmp_path):
     path = tmp_path / "model.mod"
-    path.write_text("a mount\nT 39 2.9\nEND\n  IH +12.5\n", encoding="utf-8")
+    path.write_text("a mount\nT 39 2.9\nEND\n", encoding="utf-8")
     with pytest.raises(PointingError, match=r"model\.mod: the model has no term.*: write NAME and coefficient"):
         ModelOnFile.read(path, "equatorial", 0.7)
 

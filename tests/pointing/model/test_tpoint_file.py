@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pointing.errors import PointingError
+from pointing.model.equatorial_places import Circumstances, observed_places
 from pointing.model.run import PointingRun
 from pointing.model.tpoint_file import KEYWORDS, read_tpoint, read_tpoint_all, write_tpoint
 from pointing.site import Weather
@@ -248,6 +249,17 @@ def test_weather_and_date_are_asked_for_only_where_they_matter(read):
     assert len(read(bare, places="apparent", weather=Weather())) == 1
     with pytest.raises(PointingError, match="need the date"):
         read(bare, places="icrs", weather=Weather())
+
+
+def test_a_year_of_two_digits_is_refused_where_places_are_brought_to_it(read):
+    short = EQUAT.replace(" 2024 7 14", " 26 7 14") + ROW
+    assert " 26 7 14" in short
+    with pytest.raises(PointingError, match=r"line \d+, column \d+: '26': the year, .*: possible are 1900 to 2100"):
+        read(short, places="icrs")
+    assert len(read(short, places="observed")) == 1
+    at = Circumstances(0.7, 0.0, Weather(), dt.date(26, 7, 14))
+    with pytest.raises(PointingError, match=r"year 26, .* 1900 to 2100; write the year with four digits"):
+        observed_places("icrs", np.zeros(1), np.zeros(1), np.zeros(1), at)
 
 
 def test_an_equinox_other_than_j2000_is_no_icrs(read):
