@@ -3,14 +3,18 @@
 import argparse
 import os
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
+from clockdrive.cli.spoken import spoken
 from clockdrive.errors import ClockdriveError, InputError
+from pointing.errors import PointingError
 from pointing.model.words import PLACES, POLES
 
 if TYPE_CHECKING:
+    from clockdrive.fitting import Fitted, Wanted
     from pointing.model.fitted import Fit
     from pointing.site import Weather
 
@@ -46,7 +50,7 @@ def add_fit(add: Adder) -> None:
 
 def fit(args: argparse.Namespace) -> None:
     """Fit, show the result, and write what is asked for; what could not be written is refused before."""
-    from clockdrive.fitting import Wanted, fit_file  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+    from clockdrive.fitting import Wanted  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
     if args.auto and args.fixed:
         raise InputError("--fixed goes with --terms: with --auto the terms are not known beforehand")
@@ -55,7 +59,7 @@ def fit(args: argparse.Namespace) -> None:
         args.outliers, args.by_pier, _indices(args.mask), args.pole,
     )  # fmt: skip
     _refuse_unwritable(args)
-    found = fit_file(args.file, wanted)
+    found = _fitted(args.file, wanted)
     if args.json:
         display.as_json({**found.json, "written": list(_write(args, found.fit))})
         return
@@ -65,6 +69,17 @@ def fit(args: argparse.Namespace) -> None:
     print("\n".join(line for line in lines if line), flush=True)
     for name in _write(args, found.fit):
         print(f"written: {name}", flush=True)
+
+
+def _fitted(path: str, wanted: "Wanted") -> "Fitted":
+    """The fit, with what is said of it in the words of the command line."""
+    from clockdrive.fitting import fit_file  # noqa: PLC0415 - as in `fit`
+
+    try:
+        found = fit_file(path, wanted)
+    except PointingError as error:
+        raise PointingError(spoken(str(error))) from error
+    return replace(found, findings=tuple(map(spoken, found.findings)))
 
 
 def _refuse_unwritable(args: argparse.Namespace) -> None:
@@ -128,7 +143,10 @@ def _weather(text: str | None) -> "Weather | None":
         raise InputError(
             f"--weather {text}: give pressure in hPa, temperature in °C, humidity, as in 1010,12,0.6, or none"
         ) from None
-    return Weather(pressure_hpa=pressure, temperature_c=temperature, relative_humidity=relative)
+    try:
+        return Weather(pressure_hpa=pressure, temperature_c=temperature, relative_humidity=relative)
+    except PointingError as error:
+        raise PointingError(f"--weather {text}: {error}") from None
 
 
 def _indices(text: str | None) -> tuple[int, ...]:

@@ -143,7 +143,7 @@ def _site(at: Circumstances, longitude: float = 0.0) -> Site:
     if at.weather is None:
         raise PointingError(
             "the run parameters have no temperature and pressure, without which apparent and ICRS places cannot be "
-            "refracted: give weather=Weather.standard(height_m), or Weather(refraction=False) for none"
+            "refracted: give weather=Weather.standard(height_m), or weather=Weather(refraction=False) for no air"
         )
     return Site(at.latitude, (longitude + math.pi) % math.tau - math.pi, at.height_m, at.weather)
 

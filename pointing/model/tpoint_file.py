@@ -59,8 +59,8 @@ def read_tpoint(path: str | Path, *, places: Places | None = None, weather: Weat
     runs = read_runs(path)
     if len(runs) > 1:
         raise PointingError(
-            f"{runs[1][0].file}, line {runs[1][0].line}: a second run begins here, of {len(runs)}: split the file, "
-            "or read them as a list with read_tpoint_all"
+            f"{runs[1][0].file}, line {runs[1][0].line}: a second run begins here, of {len(runs)}: split the file"
+            ", or read them as a list with read_tpoint_all"
         )
     return _read_run(path, runs[0], places, weather)
 
@@ -221,9 +221,9 @@ def _frame(records: list[Record], body: list[Record], places: Places | None, wor
         return "observed"  # no place is there to be read in a wrong frame
     raise PointingError(
         f"{records[0].file}: the frame of its RA and Dec is {'not told' if places is None else repr(places)}: give "
-        "places='apparent' (of date), 'icrs' (J2000) or 'observed' (refracted), on the command line --places. To "
-        "find out: compare a named star with a catalogue, from whose J2000 place that of date is 20′ away by now; or "
-        "read it as apparent: where the residuals show J2000, `diagnose` and `clockdrive fit` say so"
+        "places='apparent' (of date), places='icrs' (J2000) or places='observed' (refracted). To find out: compare "
+        "a named star with a catalogue, from whose J2000 place that of date is 20′ away by now; or read it as "
+        "apparent: where the residuals show J2000, `diagnose` says so"
     )
 
 

@@ -1,5 +1,6 @@
 """`fit` and `model` from their words to their exit codes: what they say, write and refuse."""
 
+import ast
 import json
 import math
 import re
@@ -14,7 +15,9 @@ from astropy.table import QTable
 from simulated_runs import TRUTH, simulated_run
 
 from clockdrive.cli import main
+from clockdrive.cli.spoken import spoken
 from clockdrive.fitting import DEFAULT_TERMS
+from pointing import model
 from pointing.model.ecsv_run import write_ecsv
 from pointing.model.model_file import ModelFile, ModelRow, read_model_file, write_model_file
 from pointing.model.tpoint_file import write_tpoint
@@ -149,6 +152,47 @@ def test_an_equatorial_tpoint_file_is_fitted_in_the_frame_that_is_named(answer, 
     assert found["sky_rms_arcsec"] < 4.0
 
 
+def test_refusals_and_findings_name_options_and_not_arguments_of_python(answer, tmp_path):
+    path = tmp_path / "run.dat"
+    good = simulated_run("fork", 40.0, TRUTH["fork"], 60, np.random.default_rng(9)).run
+    write_tpoint(good, path)
+    text = path.read_text(encoding="utf-8")
+    (tmp_path / "twice.dat").write_text(text + text, encoding="utf-8")
+    (tmp_path / "old.dat").write_text(text.replace(":EQUAT", ":EQUAT EQUINOX B1950.0"), encoding="utf-8")
+    said = [
+        answer("fit", *words)[1]["reason"]
+        for words in (
+            [path],
+            [path, "--places", "apparent"],
+            [path, "--places", "observed", "--by-pier"],
+            [tmp_path / "twice.dat", "--places", "observed"],
+            [tmp_path / "old.dat", "--places", "icrs"],
+        )
+    ]
+    print(*said, sep="\n")
+    assert "give --places apparent (of date), --places icrs (J2000) or --places observed (refracted)" in said[0]
+    assert "`clockdrive fit` says so" in said[0]
+    assert "give --weather HPA,C, or --weather none" in said[1]
+    assert "leave --by-pier out" in said[2]
+    assert said[3].endswith("a second run begins here, of 2: split the file")
+    assert "and --places icrs are of J2000" in said[4]
+    assert not re.search(r"\w=|\w_\w|\w\(\w*\)", " ".join(said))
+
+
+def test_no_text_of_the_readers_keeps_an_argument_of_python():
+    readers = ("tpoint_file", "tpoint_records", "equatorial_places", "residual_checks", "range_checks", "fit")
+    sources = (Path(model.__path__[0], f"{name}.py").read_text(encoding="utf-8") for name in readers)
+    nodes = (node for source in sources for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Constant))
+    found = [node.value for node in nodes if isinstance(node.value, str) and "\n" not in node.value]
+    python = re.compile(
+        r"\b(places|weather|by_pier|outliers|robust|fixed|model) ?= ?['\w]|by_pier out|read_tpoint_all"
+    )
+    spoilt = [text for text in found if python.search(text)]
+    print(*spoilt, sep="\n")
+    assert len(spoilt) >= 6
+    assert not [text for text in map(spoken, spoilt) if python.search(text)]
+
+
 def test_apparent_places_are_refracted_by_the_air_that_is_given(answer, tmp_path):
     path = tmp_path / "run.dat"
     write_tpoint(simulated_run("fork", 40.0, TRUTH["fork"], 60, np.random.default_rng(9)).run, path)
@@ -185,7 +229,7 @@ def test_the_pole_to_which_the_axis_shall_point_is_chosen(answer, observations):
         (["--fixed", "CH=much"], 2, "give NAME=ARCSEC"),
         (["--weather", "1010"], 2, "give pressure in hPa"),
         (["--weather", "1010,12,0.5,1"], 2, "give pressure in hPa"),
-        (["--weather", "9999,12"], 1, "pressure_hpa"),
+        (["--weather", "9999,12"], 1, "--weather 9999,12: pressure_hpa"),
         (["--mask", "3,x"], 2, "counted from 0"),
         (["--mask", "99"], 1, "the run has 60"),
         (["--auto", "--fixed", "CH=0"], 2, "--fixed goes with --terms"),
