@@ -29,6 +29,7 @@ from pointing.model.candidates import INDEX, Tier, geometric, tiers
 from pointing.model.cross_validation import CrossValidation
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
+from pointing.model.outliers import Outlier, find_outliers
 from pointing.model.polar_alignment import TILTS
 from pointing.model.run import PointingRun
 from pointing.model.terms import Term, terms
@@ -138,7 +139,7 @@ def choose_terms(
     start : str
         Names of the terms that are there in any case; `"index terms"` are IH ID or IA IE.
     outliers : bool
-        Mask observations that do not belong: to the standard geometric terms first, then to the chosen ones.
+        Mask observations that do not belong: to the geometric terms first, then, all tested again, to the chosen.
 
     Returns
     -------
@@ -154,14 +155,31 @@ def choose_terms(
     tried = tiers(run.mount, candidates)
     if not outliers:
         return _Search(run, first, tried).choice()
-    standard = [*first, *(each for each in tiers(run.mount)[0].terms if each not in first)]
-    masked = fit(run, standard if len(run) > len(standard) else first, outliers=True)
+    masked = _masked_by_geometry(run, first)
     for _ in range(_MASKINGS):
-        choice = _Search(masked.run, first, tried).choice()
-        before, masked = masked, fit(run, choice.fit.model, outliers=True)
-        if np.array_equal(masked.run.kept, before.run.kept):
-            return replace(choice, fit=masked)
-    return replace(_Search(masked.run, first, tried).choice(), fit=masked)
+        choice = _Search(masked, first, tried).choice()
+        before, (masked, found) = masked, _tested_again(run, choice.fit, masked)
+        if np.array_equal(masked.kept, before.kept):
+            break
+    else:
+        choice = _Search(masked, first, tried).choice()
+    return replace(choice, fit=replace(choice.fit, outliers=found))
+
+
+def _masked_by_geometry(run: PointingRun, first: tuple[Term, ...]) -> PointingRun:
+    """The run without what does not belong to the geometric terms, which are few and told apart."""
+    standard = [*first, *(each for each in tiers(run.mount)[0].terms if each not in first)]
+    if int(np.count_nonzero(run.kept)) <= len(standard):
+        return fit(run, first, outliers=True).run
+    try:
+        return fit(run, standard, outliers=True).run
+    except PointingError:  # a star degrees off bends their fit; by the first terms alone it is found
+        return fit(fit(run, first, outliers=True).run, standard, outliers=True).run
+
+
+def _tested_again(run: PointingRun, chosen: Fit, masked: PointingRun) -> tuple[PointingRun, tuple[Outlier, ...]]:
+    """Test all observations against the chosen terms, fitted without those masked so far: none bends the fit."""
+    return find_outliers(run, lambda kept, robust: fit(kept, chosen.model, robust=robust), masked.kept)
 
 
 class _Search:

@@ -1,5 +1,6 @@
 """Terms chosen for real runs are what a telescope engineer would trust: geometry first, nothing that runs away."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -89,3 +90,25 @@ def test_a_term_correlated_with_an_index_error_is_left_with_that_reason():
     why = {step.term: step.why for step in choice.left}["ECES"]
     print(why)
     assert why.startswith("IE and ECES would be correlated by 0.99")
+
+
+@pytest.mark.parametrize("index", [0, 15, 20])
+@pytest.mark.parametrize("axis", ["axis1", "axis2"])
+def test_one_star_five_degrees_off_is_masked_alone_and_changes_no_choice(shared, axis, index):
+    run = read_run(shared / "data" / "tpoint" / "spk_equat.dat")
+    off = getattr(run, axis).copy()
+    off[index] += np.radians(5.0)
+    choice = choose_terms(replace(run, **{axis: off}), outliers=True)
+    print(choice, [each.reason for each in choice.fit.outliers])
+    assert [each.index for each in choice.fit.outliers] == [index]
+    others = choose_terms(run.masked([index]))
+    assert set(choice.terms.split()) == set(others.terms.split())
+    for name in choice.terms.split():
+        assert choice.fit[name].arcsec == pytest.approx(others.fit[name].arcsec, abs=0.01)
+
+
+def test_a_german_mount_that_fits_badly_has_few_masked(shared):
+    run = read_run(shared / "data" / "tpoint" / "gem_cgx-l.dat", places="observed")
+    choice = choose_terms(run, outliers=True)
+    print(choice, [each.reason for each in choice.fit.outliers])
+    assert len(choice.fit.outliers) <= 0.1 * len(run)
