@@ -5,7 +5,7 @@ Answers are plain values, as the command line prints them: angles in arcseconds,
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -146,8 +146,8 @@ def _fitted(run: PointingRun, names: str, wanted: Wanted) -> tuple[Fit, Choice |
     choice = choose_terms(run, outliers=wanted.outliers)
     if not (wanted.robust or wanted.by_pier):
         return choice.fit, choice
-    chosen = fit(run, choice.fit.model.terms, robust=wanted.robust, outliers=wanted.outliers, by_pier=wanted.by_pier)
-    return chosen, choice
+    chosen = fit(choice.fit.run, choice.fit.model.terms, robust=wanted.robust, by_pier=wanted.by_pier)
+    return replace(chosen, outliers=choice.fit.outliers), choice
 
 
 def show_models(paths: Sequence[str]) -> dict[str, Any]:

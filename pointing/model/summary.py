@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from html import escape
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -10,12 +10,13 @@ if TYPE_CHECKING:
 
 CONDITION = 30.0  # of the scaled design above which terms share what they explain
 CORRELATION = 0.95  # of two coefficients that are hardly told apart
+_MASKED = 0.1  # share of a run beyond which what does not belong may be the model
 _HEADS = ("term", "″", "σ″", "", "what it is")
 
 
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
-    return (*_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
+    return (*_few(fit), *_many_masked(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
 
 
 def text(fit: "Fit") -> str:
@@ -62,6 +63,23 @@ def _cells(fit: "Fit", each: "Coefficient") -> tuple[str, str, str, str, str]:
 def _statistics(fit: "Fit") -> str:
     return (
         f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {fit.popn_sd_arcsec:.3f}″, condition {fit.condition:.1f}"
+    )
+
+
+def _many_masked(fit: "Fit") -> Iterator[str]:
+    """Outliers are few; many, and in succession, are another telescope: one that was moved, or has another term."""
+    count, n = len(fit.outliers), fit.n + len(fit.outliers)
+    if count <= _MASKED * n:
+        return
+    indices = [each.index for each in fit.outliers]
+    longest = length = 1
+    for before, after in pairwise(indices):
+        length = length + 1 if after == before + 1 else 1
+        longest = max(longest, length)
+    yield (
+        f"{count} of {n} observations were masked, {count / n:.0%} where {_MASKED:.0%} are many, up to {longest} in "
+        "succession: look whether the telescope was bumped, reset or badly read there, or a term is missing, before "
+        "you trust the rest"
     )
 
 

@@ -127,7 +127,7 @@ def test_auto_chooses_terms_and_says_why(answer, run, observations):
     assert {"IA", "IE", "CA", "AN", "AW"} <= chosen
     assert {step["action"] for step in found["choice"]} >= {"begun with", "taken"}
     _, out, _ = run("fit", path, "--auto")
-    assert "taken AN: " in out
+    assert "taken AN AW: " in out
 
 
 def test_the_model_the_residuals_and_the_picture_are_written(answer, observations, tmp_path):

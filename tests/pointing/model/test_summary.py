@@ -90,3 +90,16 @@ def test_a_single_observation_more_than_half_the_terms_still_has_a_text():
     found = fitted(terms="IH ID CH", n=2)
     assert "population SD inf″" in repr(found)
     assert found.popn_sd_arcsec == pytest.approx(np.inf)
+
+
+@pytest.mark.parametrize(("bumped", "warned"), [(4, False), (9, True)])
+def test_many_that_are_masked_are_warned_of_with_how_many_in_succession(bumped, warned):
+    run = simulated_run("fork", 40.0, TRUTH["fork"], 60, np.random.default_rng(12)).run
+    axis2 = run.axis2 + np.where((np.arange(60) >= 20) & (np.arange(60) < 20 + bumped), np.radians(0.2), 0.0)
+    found = fit(replace(run, axis2=axis2), " ".join(TRUTH["fork"]), outliers=True)
+    assert [each.index for each in found.outliers] == list(range(20, 20 + bumped))
+    told = [each for each in found.warnings if "were masked" in each]
+    print(told)
+    assert bool(told) == warned
+    if warned:
+        assert told[0].startswith("9 of 60 observations were masked, 15% where 10% are many, up to 9 in succession")
