@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from clockdrive.errors import InputError
 from pointing.errors import PointingError
 from pointing.model.choice import Choice, choose_terms
 from pointing.model.degeneracy import refuse_degenerate
@@ -179,11 +180,13 @@ def compare_models(paths: Sequence[str]) -> dict[str, Any]:
 
     Raises
     ------
+    InputError
+        There is only one.
     PointingError
-        There is only one, or one cannot be read.
+        One cannot be read.
     """
     if len(paths) < 2:
-        raise PointingError(f"{paths[0]} alone: name two or more model files to compare")
+        raise InputError(f"{paths[0]} alone: name two or more model files to compare")
     tables = [{row.name: row for row in read_model_file(path).rows} for path in paths]
     names = list(dict.fromkeys(name for table in tables for name in table))
     return {
