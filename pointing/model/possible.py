@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 INDEX_TERMS = frozenset({"IH", "ID", "IA", "IE"})
 LARGEST = math.radians(10.0)  # displacement on the sky
+LARGEST_INDEX = math.radians(45.0)  # as of any coefficient
 _LOWEST_DEG, _STEP_DEG = 5.0, 5.0  # elevations that are looked at
 
 
