@@ -26,6 +26,7 @@ from pointing.model.fitted import Fit
 from pointing.model.normal_equations import NormalEquations
 from pointing.model.outliers import find_outliers, huber_weights
 from pointing.model.pointing_model import PointingModel
+from pointing.model.possible import INDEX_TERMS, LARGEST, LARGEST_INDEX
 from pointing.model.run import PointingRun
 from pointing.model.terms import PIER_TERMS, Term, terms
 
@@ -120,12 +121,24 @@ def _held(
             f"{absent[0]} is to be held fixed, but is no term of the model: {' '.join(there) or 'none'}"
         )
     if wanted is not None:
+        _refuse_large(wanted)
         values = [
             math.radians(wanted[name] / 3600.0) if name in wanted else value
             for name, value in zip(there, start.coefficients, strict=True)
         ]
         start = start.with_coefficients(values)
     return start, np.array([name not in names for name in there], bool)
+
+
+def _refuse_large(fixed: Mapping[str, float]) -> None:
+    """Refuse a coefficient, arcseconds, that would displace the star further than any telescope does."""
+    for name, arcsec in fixed.items():
+        bound = LARGEST_INDEX if name in INDEX_TERMS else LARGEST
+        if not abs(arcsec) <= math.degrees(bound) * 3600.0:
+            raise PointingError(
+                f"{name} is to be held at {arcsec:g}″, {arcsec / 3600.0:.3g}°: possible are "
+                f"−{math.degrees(bound):g}° to {math.degrees(bound):g}°; fixed coefficients are arcseconds"
+            )
 
 
 def _refuse_too_few(n: int, k: int) -> None:

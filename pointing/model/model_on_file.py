@@ -14,6 +14,7 @@ from pointing.errors import PointingError
 from pointing.model.model_file import ModelFile, ModelRow, read_model_file
 from pointing.model.place import KINDS, MountKind
 from pointing.model.pointing_model import PointingModel
+from pointing.model.possible import refuse_impossible
 from pointing.model.records import read_lines
 from pointing.model.terms import Term, term
 
@@ -54,8 +55,8 @@ class ModelOnFile(PointingModel):
         Raises
         ------
         PointingError
-            It is no model file, has no term, or is not of this kind of mount; with the file, and the line that is
-            wrong.
+            It is no model file, has no term, is not of this kind of mount, or displaces as no telescope does; with
+            the file, and the line that is wrong.
         """
         path = Path(path)
         file = read_model_file(path)
@@ -66,7 +67,7 @@ class ModelOnFile(PointingModel):
             )
         of = kind or kind_of(file, path.name)
         PointingModel(of, latitude, (), ())  # a wrong latitude is no fault of a line
-        return cls(
+        found = cls(
             of,
             latitude,
             tuple(_term(path, row, of, latitude) for row in file.rows),
@@ -79,6 +80,11 @@ class ModelOnFile(PointingModel):
             tuple(None if row.sigma_arcsec is None else row.sigma_arcsec * _ARCSEC for row in file.rows),
             tuple(not row.fixed for row in file.rows),
         )
+        try:
+            refuse_impossible(found)
+        except PointingError as error:
+            raise PointingError(f"{path.name}: {error}") from None
+        return found
 
     @property
     def text(self) -> str:

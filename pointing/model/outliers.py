@@ -128,12 +128,29 @@ def find_outliers(
             break
         seen.add(new.tobytes())
         good = new
-    masked = np.flatnonzero(offered & ~good)
-    distance = np.degrees(np.hypot(*current.residuals)) * 3600.0
-    found = tuple(
-        Outlier(int(i), int(run.line[i]), float(distance[i]), math.sqrt(t2[i]), float(probability[i])) for i in masked
+    return replace(run, kept=good), _outliers(current, offered & ~good, t2, probability)
+
+
+def far_off(fit: "Fit") -> tuple[Outlier, ...]:
+    """Observations of a fit that the test would mask, in one round without a fit anew; the farthest first.
+
+    Where many do not belong they hide each other, and `find_outliers` tells more.
+    """
+    used = fit.weight > 0.0
+    n = int(np.count_nonzero(used))
+    if 2 * (n - 1) <= fit.k + 1 or not np.array_equal(fit.weight[used], fit.run.weight[used]):
+        return ()  # too few to judge one by the others, or weighed down already
+    t2, probability = _tested(fit, used)
+    found = _outliers(fit, used & (probability < rejection_level(n)), t2, probability)
+    return tuple(sorted(found, key=lambda each: -each.sigmas))
+
+
+def _outliers(fit: "Fit", which: NDArray[np.bool_], t2: Array, probability: Array) -> tuple[Outlier, ...]:
+    distance = np.degrees(np.hypot(*fit.residuals)) * 3600.0
+    return tuple(
+        Outlier(int(i), int(fit.run.line[i]), float(distance[i]), math.sqrt(t2[i]), float(probability[i]))
+        for i in np.flatnonzero(which)
     )
-    return replace(run, kept=good), found
 
 
 def _rough(fit: "Fit", offered: NDArray[np.bool_]) -> Array:

@@ -5,18 +5,28 @@ from html import escape
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
+from pointing.model.outliers import far_off
+
 if TYPE_CHECKING:
     from pointing.model.fitted import Coefficient, Fit
 
 CONDITION = 30.0  # of the scaled design above which terms share what they explain
 CORRELATION = 0.95  # of two coefficients that are hardly told apart
 _MASKED = 0.1  # share of a run beyond which what does not belong may be the model
+_NAMED = 3  # observations
 _HEADS = ("term", "″", "σ″", "", "what it is")
 
 
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
-    return (*_few(fit), *_many_masked(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
+    return (
+        *_far_off(fit),
+        *_few(fit),
+        *_many_masked(fit),
+        *_inseparable(fit),
+        *_condition(fit),
+        *_unconfirmed(fit),
+    )
 
 
 def text(fit: "Fit") -> str:
@@ -81,6 +91,17 @@ def _many_masked(fit: "Fit") -> Iterator[str]:
         "succession: look whether the telescope was bumped, reset or badly read there, or a term is missing, before "
         "you trust the rest"
     )
+
+
+def _far_off(fit: "Fit") -> Iterator[str]:
+    found = far_off(fit)
+    if found:
+        named = ", ".join(f"{each.index}" + (f" (line {each.line})" if each.line else "") for each in found[:_NAMED])
+        more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+        yield (
+            f"{len(found)} of {fit.n} observations do not belong to the others: observation {named}{more}, the "
+            f"farthest {found[0].sigmas:.1f}σ off: look at them, mask them, or fit with outliers=True"
+        )
 
 
 def _few(fit: "Fit") -> Iterator[str]:

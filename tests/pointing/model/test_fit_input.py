@@ -76,10 +76,12 @@ def test_a_fixed_term_that_is_not_in_the_model_is_refused():
         fit(run_of(9), "IH ID CH", fixed={"xy": 3.0})
 
 
-@pytest.mark.parametrize("value", [math.nan, 1e9])
-def test_a_fixed_coefficient_that_is_none_is_refused(value):
-    with pytest.raises(PointingError, match=r"CH of .*°: possible are −45° to 45°"):
-        fit(run_of(9), "IH ID CH", fixed={"CH": value})
+@pytest.mark.parametrize("value", [math.nan, 1e9, 1e5, -36001.0])
+def test_a_fixed_coefficient_that_no_telescope_has_is_refused(value):
+    with pytest.raises(PointingError, match=r"CH is to be held at .*″, .*°: possible are −10° to 10°; .* arcseconds"):
+        fit(run_of(9), "IH ID CH", fixed={"ch": value})
+    with pytest.raises(PointingError, match=r"IH is to be held at .*: possible are −45° to 45°"):
+        fit(run_of(9), "IH ID CH", fixed={"IH": 10.0 * value})
 
 
 def test_a_term_named_twice_is_refused_however_it_is_given():

@@ -103,3 +103,29 @@ def test_many_that_are_masked_are_warned_of_with_how_many_in_succession(bumped, 
     assert bool(told) == warned
     if warned:
         assert told[0].startswith("9 of 60 observations were masked, 15% where 10% are many, up to 9 in succession")
+
+
+def test_one_star_far_off_is_named_and_a_good_run_names_none():
+    names = " ".join(TRUTH["fork"])
+    run = simulated_run("fork", 40.0, TRUTH["fork"], 54, np.random.default_rng(11)).run
+    assert not any("do not belong" in each for each in fit(run, names).warnings)
+    axis2 = run.axis2.copy()
+    axis2[17] += np.radians(5.0)
+    spoilt = replace(run, axis2=axis2, line=np.arange(54) + 4)
+    found = fit(spoilt, names)
+    print(found.sky_rms_arcsec, found.warnings[0])
+    assert found.warnings[0].startswith(
+        "1 of 54 observations do not belong to the others: observation 17 (line 21), "
+    )
+    assert [each.index for each in fit(spoilt, names, outliers=True).outliers] == [17]
+    assert not any("do not belong" in each for each in fit(spoilt, names, outliers=True).warnings)
+
+
+def test_of_many_stars_far_off_three_are_named_with_the_count():
+    run = simulated_run("fork", 40.0, TRUTH["fork"], 200, np.random.default_rng(11)).run
+    axis1 = run.axis1.copy()
+    axis1[10:15] += np.radians(0.1) / np.cos(run.axis2[10:15])
+    (said,) = (each for each in fit(replace(run, axis1=axis1), "IH ID CH NP MA ME TF").warnings if "belong" in each)
+    print(said)
+    assert said.startswith("5 of 200 observations")
+    assert said.split("observation ")[1].split(", the")[0].endswith(" and 2 more")
