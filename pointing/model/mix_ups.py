@@ -15,9 +15,9 @@ import numpy as np
 from pointing.model.finding import Finding
 from pointing.model.first_order import fit_first_order
 from pointing.model.place import MountKind
+from pointing.model.possible import LARGEST_RMS
 from pointing.model.run import Array, PointingRun
 
-LARGEST_RMS = math.radians(1.0)  # on the sky; real runs leave 3″ to 230″
 _NOT_LESS = 0.5  # of what zero points alone leave
 _COLLAPSE = 10.0
 _NOTICED = math.radians(1.0 / 60.0)  # below which a small model explains the run

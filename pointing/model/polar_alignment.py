@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
+from pointing.model.possible import refuse_nonsense
 from pointing.model.words import POLES, Pole
 from pointing.refraction import refract
 from pointing.site import Site, Weather
@@ -182,10 +183,11 @@ def polar_alignment(fit: "Fit", pole: Pole = "true", weather: Weather | None = N
     Raises
     ------
     PointingError
-        The model has no tilt, or there is no such pole.
+        The model has no tilt, there is no such pole, or the fit is none of a telescope.
     """
     if pole not in POLES:
         raise PointingError(f"there is no pole {pole!r}: possible are {' and '.join(POLES)}")
+    refuse_nonsense(fit)
     model = _tilt_of(fit.model)
     sigmas = _sigmas(fit)
     known = {name: 1.0 if name in model.arcsec else math.nan for name in TILTS[model.kind]}

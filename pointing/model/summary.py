@@ -5,7 +5,9 @@ from html import escape
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from pointing.errors import PointingError
 from pointing.model.outliers import far_off
+from pointing.model.possible import refuse_nonsense
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Coefficient, Fit
@@ -18,7 +20,7 @@ _HEADS = ("term", "″", "σ″", "", "what it is")
 
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
-    return (*_far_off(fit), *_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
+    return (*_nonsense(fit), *_far_off(fit), *_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
 
 
 def text(fit: "Fit") -> str:
@@ -66,6 +68,13 @@ def _statistics(fit: "Fit") -> str:
     return (
         f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {fit.popn_sd_arcsec:.3f}″, condition {fit.condition:.1f}"
     )
+
+
+def _nonsense(fit: "Fit") -> Iterator[str]:
+    try:
+        refuse_nonsense(fit)
+    except PointingError as error:
+        yield str(error)
 
 
 def _far_off(fit: "Fit") -> Iterator[str]:
