@@ -238,8 +238,15 @@ def registers(model: PointingModel) -> Registers:
 def angle_text(arcsec: float, sigma_arcsec: float | None = None) -> str:
     """An angle, perhaps with its standard deviation, in the unit in which it is easily read."""
     unit, size, digits = next(row for row in _UNITS if abs(arcsec) >= row[1] or row[1] == 1.0)
-    sigma = "" if sigma_arcsec is None else f" ± {sigma_arcsec / size:.{digits}f}{unit}"
-    return f"{arcsec / size:.{digits}f}{unit}{sigma}"
+    value = f"{round(arcsec / size, digits) + 0.0:.{digits}f}{unit}"  # + 0.0: no −0.0
+    return value if sigma_arcsec is None else f"{value} ± {_sigma_text(sigma_arcsec, unit, size, digits)}"
+
+
+def _sigma_text(arcsec: float, unit: str, size: float, digits: int) -> str:
+    """In the unit of its angle, or in arcseconds where it would be rounded to nothing there."""
+    if 0.0 < arcsec < 0.5 * size / 10.0**digits:
+        return f"{arcsec:.2g}″"
+    return f"{arcsec / size:.{digits}f}{unit}"
 
 
 def _directed(arcsec: float, sigma_arcsec: float, positive: str, negative: str, term: str) -> str:

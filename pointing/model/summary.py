@@ -65,9 +65,8 @@ def _cells(fit: "Fit", each: "Coefficient") -> tuple[str, str, str, str, str]:
 
 
 def _statistics(fit: "Fit") -> str:
-    return (
-        f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {fit.popn_sd_arcsec:.3f}″, condition {fit.condition:.1f}"
-    )
+    popn_sd = f"{fit.popn_sd_arcsec:.3f}″" if fit.n > fit.k else f"unknown ({fit.n} observations for {fit.k} terms)"
+    return f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {popn_sd}, condition {fit.condition:.1f}"
 
 
 def _nonsense(fit: "Fit") -> Iterator[str]:

@@ -307,6 +307,11 @@ def test_too_few_stars_for_the_terms_are_told(n, terms, severity):
     assert names(simulated().subset(np.arange(60) < terms), terms=terms) == []
 
 
+def test_one_star_is_told_as_one():
+    (found,) = diagnose(simulated().subset(np.arange(60) < 1), 2)
+    assert found.text.startswith("1 star gives 2 numbers for 2 terms")
+
+
 def test_masked_observations_are_not_looked_at():
     run = simulated()
     axis1 = run.axis1.copy()
