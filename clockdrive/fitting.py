@@ -20,6 +20,7 @@ from pointing.model.model_file import ModelFile, ModelRow, read_model_file
 from pointing.model.model_on_file import ModelOnFile, kind_of, read_model
 from pointing.model.place import MountKind
 from pointing.model.polar_alignment import TILTS, polar_alignment
+from pointing.model.possible import refuse_nonsense
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.terms import term, terms
@@ -136,6 +137,7 @@ def fit_file(path: str | Path, wanted: Wanted) -> Fitted:
     if refused:
         raise PointingError("; ".join(refused))
     found, choice = _fitted(run, names, wanted)
+    refuse_nonsense(found)
     return Fitted(found, tuple(str(each) for each in findings), choice, wanted.pole)
 
 

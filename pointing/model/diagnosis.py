@@ -1,6 +1,7 @@
 """What is wrong with a pointing run, told before a fit.
 
-First what the numbers tell by their range; only where these make sense, what a small first-order model leaves.
+First what the numbers tell by their range, or by one change of them that explains all; only where these make sense,
+what a small first-order model leaves.
 Masked observations are not looked at.
 """
 
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pointing.errors import PointingError
 from pointing.model.finding import Finding
 from pointing.model.first_order import SMALL_MODEL
+from pointing.model.mix_ups import mixed_up, no_telescope
 from pointing.model.range_checks import (
     below_the_horizon,
     duplicates,
@@ -24,9 +26,9 @@ from pointing.model.run import PointingRun
 Check = Callable[[PointingRun], Iterator[Finding]]
 USUAL_TERMS = 6  # zero points, collimation, non-perpendicularity, axis tilt
 RANGE_CHECKS: tuple[Check, ...] = (
-    impossible_places, radians_as_degrees, exchanged_coordinates, half_turns, below_the_horizon, duplicates,
+    impossible_places, radians_as_degrees, exchanged_coordinates, mixed_up, half_turns, below_the_horizon, duplicates,
 )  # fmt: skip
-RESIDUAL_CHECKS: tuple[Check, ...] = (wrong_frame, second_run)
+RESIDUAL_CHECKS: tuple[Check, ...] = (no_telescope, wrong_frame, second_run)
 
 
 def diagnose(run: PointingRun, terms: int = USUAL_TERMS) -> tuple[Finding, ...]:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
-from pointing.model.run import Array, MountKind, PointingRun
+from pointing.model.run import Array, PointingRun
 from pointing.model.terms import Term, terms
 
 _SMALL: dict[MountKind, tuple[Term, ...]] = {

@@ -36,6 +36,7 @@ _PART = 1500  # observations of a long run that give the start
 _LONG = 2 * _PART  # observations; of no more, the derivatives are kept for the next round
 _CHORD = 0.1  # of a step; a second one with the same derivatives is taken if it is less than this
 _SETTLED = 1e-10  # rad; a change of coefficients below 2e-5″ is none
+_SAME = math.radians(1.0 / 3600.0)  # between readings at one place
 _WORSE = 1.0 + 1e-9  # growth of the sum of squares that is more than rounding
 _ROUNDS = 60
 _ROBUST_ROUNDS = 30
@@ -50,7 +51,7 @@ def fit(
     outliers: bool = False,
     by_pier: bool = False,
 ) -> Fit:
-    """Fit pointing terms to a run.
+    """Fit pointing terms to a run, as it stands: ask `pointing.model.diagnosis.diagnose` for its faults before.
 
     Parameters
     ----------
@@ -75,18 +76,26 @@ def fit(
     Raises
     ------
     PointingError
-        Too few observations, terms that cannot be told apart, or a fit that does not settle; says what to do.
+        No run or terms, too few observations or places, terms that cannot be told apart, or a fit that does not
+        settle; says what to do.
     """
+    _refuse_other_kinds(run, model)
     start = _start(run, model)
     if by_pier:
         start = _with_pier_terms(run, start)
     start, free = _held(start, fixed)
     refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.frame)
-    _refuse_too_few(int(np.count_nonzero(run.kept & (run.weight > 0.0))), int(free.sum()))
     if not outliers:
         return _settled(run, start, free, robust=robust)
     run, found = find_outliers(run, lambda kept, heed: _settled(kept, start, free, robust=heed))
     return replace(_settled(run, start, free, robust=robust), outliers=found)
+
+
+def _refuse_other_kinds(run: object, model: object) -> None:
+    if not isinstance(run, PointingRun):
+        raise PointingError(f"{run!r:.60} is no PointingRun: read one with read_run(path), or make one of arrays")
+    if not isinstance(model, str | Sequence | PointingModel):
+        raise PointingError(f'{model!r:.60} are no terms: give names as in "IH ID CH", a list of them, or a model')
 
 
 def _start(run: PointingRun, model: str | Sequence[Term | str] | PointingModel) -> PointingModel:
@@ -150,10 +159,21 @@ def _refuse_too_few(n: int, k: int) -> None:
         )
 
 
+def _refuse_few_places(run: PointingRun, k: int) -> None:
+    """Refuse stars over and over at fewer places than the terms need; asked only where these are not told apart."""
+    places, needed = len(np.unique(np.round(np.array([run.axis1, run.axis2]) / _SAME), axis=1).T), k // 2 + 1
+    if places < needed:
+        raise PointingError(
+            f"{len(run)} observations are of {places} place{'' if places == 1 else 's'}: observe at least {needed} "
+            f"places for {k} free terms"
+        )
+
+
 def _settled(run: PointingRun, start: PointingModel, free: NDArray[np.bool_], *, robust: bool) -> Fit:
     """Iterate to the least sum of squares."""
     weight = np.where(run.kept, run.weight, 0.0)
-    used = np.flatnonzero(weight > 0.0)
+    used = weight.nonzero()[0]
+    _refuse_too_few(used.size, int(np.count_nonzero(free)))
     model, contraction = start, Contraction()
     if used.size > _LONG:
         part = run.subset(_spread(len(run), used))
@@ -168,7 +188,7 @@ def _settled(run: PointingRun, start: PointingModel, free: NDArray[np.bool_], *,
         if np.max(np.abs(np.array(model.coefficients) - before)) < 1e3 * _SETTLED or rounds == _ROBUST_ROUNDS:
             weight = weight * heed
             break
-    return Fit(model, tuple(bool(each) for each in free), run, weight, equations)
+    return Fit(model, tuple(free.tolist()), run, weight, equations)
 
 
 def _spread(n: int, used: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -199,6 +219,7 @@ def _gauss_newton(
         else:
             shares = equations.inseparable() if least == math.inf else None  # later rounds see the same sky
             if shares is not None:
+                _refuse_few_places(run.subset(weight > 0.0), len(listed))
                 refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
             if before:
                 contraction = contraction.turned(equations, projected, change)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
+from pointing.model.possible import refuse_nonsense
 from pointing.model.words import POLES, Pole
 from pointing.refraction import refract
 from pointing.site import Site, Weather
@@ -182,10 +183,11 @@ def polar_alignment(fit: "Fit", pole: Pole = "true", weather: Weather | None = N
     Raises
     ------
     PointingError
-        The model has no tilt, or there is no such pole.
+        The model has no tilt, there is no such pole, or the fit is none of a telescope.
     """
     if pole not in POLES:
         raise PointingError(f"there is no pole {pole!r}: possible are {' and '.join(POLES)}")
+    refuse_nonsense(fit)
     model = _tilt_of(fit.model)
     sigmas = _sigmas(fit)
     known = {name: 1.0 if name in model.arcsec else math.nan for name in TILTS[model.kind]}
@@ -236,8 +238,15 @@ def registers(model: PointingModel) -> Registers:
 def angle_text(arcsec: float, sigma_arcsec: float | None = None) -> str:
     """An angle, perhaps with its standard deviation, in the unit in which it is easily read."""
     unit, size, digits = next(row for row in _UNITS if abs(arcsec) >= row[1] or row[1] == 1.0)
-    sigma = "" if sigma_arcsec is None else f" ± {sigma_arcsec / size:.{digits}f}{unit}"
-    return f"{arcsec / size:.{digits}f}{unit}{sigma}"
+    value = f"{round(arcsec / size, digits) + 0.0:.{digits}f}{unit}"  # + 0.0: no −0.0
+    return value if sigma_arcsec is None else f"{value} ± {_sigma_text(sigma_arcsec, unit, size, digits)}"
+
+
+def _sigma_text(arcsec: float, unit: str, size: float, digits: int) -> str:
+    """In the unit of its angle, or in arcseconds where it would be rounded to nothing there."""
+    if 0.0 < arcsec < 0.5 * size / 10.0**digits:
+        return f"{arcsec:.2g}″"
+    return f"{arcsec / size:.{digits}f}{unit}"
 
 
 def _directed(arcsec: float, sigma_arcsec: float, positive: str, negative: str, term: str) -> str:

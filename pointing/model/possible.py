@@ -2,10 +2,12 @@
 
 Index errors are not counted: where an axis has its zero is a choice. All else is an error of the making or mounting,
 of which ten degrees is beyond any telescope. A cone about the pole of axis 1 that cannot be reached is as wide as
-the displacement there, so the same bound holds for such a blind spot.
+the displacement there, so the same bound holds for such a blind spot. A fit must leave less than a degree, too: real
+runs leave 3″ to 230″.
 """
 
 import math
+from typing import TYPE_CHECKING
 
 import erfa
 import numpy as np
@@ -14,12 +16,33 @@ from numpy.typing import NDArray
 from pointing.errors import PointingError
 from pointing.model.pointing_model import PointingModel
 
+if TYPE_CHECKING:
+    from pointing.model.fitted import Fit
+
 Array = NDArray[np.float64]
 
 INDEX_TERMS = frozenset({"IH", "ID", "IA", "IE"})
 LARGEST = math.radians(10.0)  # displacement on the sky
+LARGEST_RMS = math.radians(1.0)  # that a fit leaves on the sky
 LARGEST_INDEX = math.radians(45.0)  # as of any coefficient
 _LOWEST_DEG, _STEP_DEG = 5.0, 5.0  # elevations that are looked at
+
+
+def refuse_nonsense(fit: "Fit") -> None:
+    """Refuse a fit that is none of a telescope, of which no advice follows.
+
+    Raises
+    ------
+    PointingError
+        It leaves more than `LARGEST_RMS`, or its model is impossible.
+    """
+    left_deg, bound_deg = fit.sky_rms_arcsec / 3600.0, math.degrees(LARGEST_RMS)
+    if left_deg > bound_deg:
+        raise PointingError(
+            f"the fit leaves {left_deg:.3g}° on the sky, possible is up to {bound_deg:g}°: stars and readings do not "
+            "belong together, or some stars are far off; see what diagnose(run) says, and fit with outliers=True"
+        )
+    refuse_impossible(fit.model)
 
 
 def refuse_impossible(model: PointingModel) -> None:

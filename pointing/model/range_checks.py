@@ -180,10 +180,13 @@ def _arcsec(angle: float) -> float:
 def too_few_stars(run: PointingRun, terms: int) -> Iterator[Finding]:
     """Whether 2n numbers tell k terms: more than k are needed, twice as many are wise."""
     n, least = len(run), terms // 2 + 1
+    stars = f"{n} star{'' if n == 1 else 's'}"
     if n < least:
-        why = f"{n} stars give {2 * n} numbers for {terms} terms, of which more are needed"
+        why = (
+            f"{n} star{' gives' if n == 1 else 's give'} {2 * n} numbers for {terms} terms, of which more are needed"
+        )
         remedy = f"observe at least {least} stars, better {terms} or more, or fit fewer terms"
         yield Finding("too-few-stars", "refuse", f"{why}: {remedy}")
     elif n < terms:
-        why = f"{n} stars for {terms} terms leave {2 * n - terms} numbers to show what the model cannot explain"
+        why = f"{stars} for {terms} terms leave {2 * n - terms} numbers to show what the model cannot explain"
         yield Finding("too-few-stars", "warn", f"{why}: observe {terms} or more, or fit fewer terms")

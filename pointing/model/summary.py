@@ -5,7 +5,9 @@ from html import escape
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
+from pointing.errors import PointingError
 from pointing.model.outliers import far_off
+from pointing.model.possible import refuse_nonsense
 
 if TYPE_CHECKING:
     from pointing.model.fitted import Coefficient, Fit
@@ -20,6 +22,7 @@ _HEADS = ("term", "″", "σ″", "", "what it is")
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
     return (
+        *_nonsense(fit),
         *_far_off(fit),
         *_few(fit),
         *_many_masked(fit),
@@ -71,9 +74,15 @@ def _cells(fit: "Fit", each: "Coefficient") -> tuple[str, str, str, str, str]:
 
 
 def _statistics(fit: "Fit") -> str:
-    return (
-        f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {fit.popn_sd_arcsec:.3f}″, condition {fit.condition:.1f}"
-    )
+    popn_sd = f"{fit.popn_sd_arcsec:.3f}″" if fit.n > fit.k else f"unknown ({fit.n} observations for {fit.k} terms)"
+    return f"sky RMS {fit.sky_rms_arcsec:.3f}″, population SD {popn_sd}, condition {fit.condition:.1f}"
+
+
+def _nonsense(fit: "Fit") -> Iterator[str]:
+    try:
+        refuse_nonsense(fit)
+    except PointingError as error:
+        yield str(error)
 
 
 def _many_masked(fit: "Fit") -> Iterator[str]:

@@ -168,6 +168,56 @@ def test_a_run_most_of_whose_stars_are_below_the_horizon_is_refused():
         assert (found[0].name, found[0].severity) == ("below-horizon", severity)
 
 
+@pytest.mark.parametrize("mount", ["equatorial", "altazimuth"])
+@pytest.mark.parametrize(("by", "way"), [(1, "after its own"), (-1, "before its own")])
+def test_stars_that_stand_with_the_next_reading_are_told(mount, by, way):
+    run = simulated(mount)
+    found = diagnose(replace(run, star1=np.roll(run.star1, by), star2=np.roll(run.star2, by)))
+    print(found[0])
+    assert (found[0].name, found[0].severity) == ("shifted-stars", "refuse")
+    assert way in found[0].text
+
+
+@pytest.mark.parametrize("mount", ["equatorial", "altazimuth"])
+@pytest.mark.parametrize("seed", range(3))
+def test_stars_with_the_readings_of_any_others_are_refused(mount, seed):
+    run = simulated(mount, seed=seed)
+    any_other = np.random.default_rng(seed).permutation(len(run))
+    found = diagnose(replace(run, star1=run.star1[any_other], star2=run.star2[any_other]))
+    assert "refuse" in {finding.severity for finding in found}
+    print(found[0])
+
+
+def test_hour_angles_in_hours_are_told_by_what_is_left():
+    run = simulated()
+    fork = simulated(german=False)  # beyond the pole 12 h would have to be told from degrees
+    for confused in (
+        replace(run, star1=run.star1 / 15.0, axis1=run.axis1 / 15.0),
+        replace(fork, star1=fork.star1 / 15.0),
+        replace(fork, axis1=fork.axis1 / 15.0),
+    ):
+        found = diagnose(confused)
+        print(found[0])
+        assert ("hours", "refuse") in [(finding.name, finding.severity) for finding in found]
+
+
+def test_zenith_distances_for_elevations_are_told_by_what_is_left():
+    run = simulated("altazimuth")
+    turned2 = {"star2": math.pi / 2.0 - run.star2, "axis2": math.pi / 2.0 - run.axis2}
+    for columns, severity in ((["star2"], "refuse"), (["axis2"], "refuse"), (["star2", "axis2"], "warn")):
+        found = diagnose(replace(run, **{name: turned2[name] for name in columns}))
+        print(found)
+        assert [(finding.name, finding.severity) for finding in found] == [("zenith-distance", severity)]
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_few_stars_far_off_are_no_mix_up_of_the_run(count):
+    run = simulated()
+    axis2 = run.axis2.copy()
+    axis2[:count] -= math.radians(5.0)
+    assert not any(finding.severity == "refuse" for finding in diagnose(replace(run, axis2=axis2)))
+
+
 def places_of_j2000(run):
     """The same stars with the places a catalogue of J2000 has for them, ERFA's, taken as those of date."""
     ra, dec, _ = erfa.atic13(run.sidereal_time - run.star1 + erfa.eo06a(*TT), run.star2, *TT)
@@ -255,6 +305,11 @@ def test_too_few_stars_for_the_terms_are_told(n, terms, severity):
     print(found[0])
     assert f"{n} stars" in found[0].text
     assert names(simulated().subset(np.arange(60) < terms), terms=terms) == []
+
+
+def test_one_star_is_told_as_one():
+    (found,) = diagnose(simulated().subset(np.arange(60) < 1), 2)
+    assert found.text.startswith("1 star gives 2 numbers for 2 terms")
 
 
 def test_masked_observations_are_not_looked_at():

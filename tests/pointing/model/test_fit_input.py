@@ -54,6 +54,22 @@ def test_masked_observations_and_those_of_weight_zero_take_no_part():
     assert found.model.arcsec == pytest.approx({"IH": 100.0, "ID": -60.0}, abs=1e-9)
 
 
+def test_what_is_no_run_or_no_terms_is_refused_with_what_is_wanted():
+    with pytest.raises(PointingError, match=r"'run\.dat' is no PointingRun: read one with read_run\(path\)"):
+        fit("run.dat", "IH")
+    for none in (None, 3.0):
+        with pytest.raises(PointingError, match=f'{none} are no terms: give names as in "IH ID CH"'):
+            fit(run_of(9), none)
+
+
+def test_one_star_over_and_over_is_told_as_that():
+    run = run_of(9).subset(np.arange(9) == 4)
+    columns = (run.star1, run.star2, run.axis1, run.axis2)
+    again = PointingRun(run.mount, run.latitude, *(np.repeat(column, 20) for column in columns))
+    with pytest.raises(PointingError, match="20 observations are of 1 place: observe at least 4 places for 6 free"):
+        fit(again, "IH ID CH NP MA ME")
+
+
 @pytest.mark.parametrize("weight", [-1.0, math.nan, math.inf])
 def test_a_weight_that_is_none_is_refused(weight):
     weights = np.ones(5)

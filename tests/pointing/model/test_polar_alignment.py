@@ -283,3 +283,18 @@ def test_an_axis_driven_alone_drifts_less_on_the_refracted_pole():
     drifts = {d: (drift_arcsec(0.0, d), drift_arcsec(lift, d)) for d in (0.0, 30.0, 60.0, 80.0)}
     print({d: f"{true:.0f}″ true, {refracted:.0f}″ refracted" for d, (true, refracted) in drifts.items()})
     assert all(refracted < true for true, refracted in drifts.values())
+
+
+@pytest.mark.parametrize(
+    ("arcsec", "sigma", "said"),
+    [
+        (120.0, 0.06, "2.00′ ± 0.06″"),
+        (120.0, 30.0, "2.00′ ± 0.50′"),
+        (5.0, 0.0012, "5.0″ ± 0.0012″"),
+        (7200.0, 1.0, "2.000° ± 1″"),
+        (-1e-9, None, "0.0″"),
+        (-1e-9, 0.0, "0.0″ ± 0.0″"),
+    ],
+)
+def test_an_angle_is_told_without_a_negative_nought_and_a_small_sigma_in_arcseconds(arcsec, sigma, said):
+    assert angle_text(arcsec, sigma) == said

@@ -1,10 +1,16 @@
 """A model that no telescope can have is refused with the numbers; those of real and of badly made ones are not."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
+from simulated_runs import TRUTH, simulated_run
 
 from pointing.errors import PointingError
+from pointing.model.fit import fit
 from pointing.model.model_on_file import read_model
 from pointing.model.pointing_model import PointingModel
+from pointing.model.polar_alignment import polar_alignment
 from pointing.model.possible import refuse_impossible
 
 
@@ -58,3 +64,17 @@ def test_a_file_of_such_a_model_is_refused_with_its_name(tmp_path):
     path.write_text("A cone\nT 9 2.0 0 0\n CH 1e5\n NP 1e5\nEND\n", encoding="utf-8")
     with pytest.raises(PointingError, match=r"cone\.mod: the model displaces by .*possible is up to 10°"):
         read_model(path, 40.0)
+
+
+def test_a_fit_that_leaves_degrees_gives_no_advice_and_says_so_first():
+    run = simulated_run("fork", 40.0, TRUTH["fork"], 40, np.random.default_rng(3)).run
+    found = fit(replace(run, star1=np.roll(run.star1, 1), star2=np.roll(run.star2, 1)), "IH ID")
+    print(found.warnings[0])
+    assert found.warnings[0].startswith(
+        f"the fit leaves {found.sky_rms_arcsec / 3600.0:.3g}° on the sky, possible is"
+    )
+    with pytest.raises(PointingError, match="possible is up to 1°"):
+        polar_alignment(found)
+    good = fit(run, "IH ID CH NP MA ME TF")
+    assert not any("possible is" in each for each in good.warnings)
+    assert polar_alignment(good).text
