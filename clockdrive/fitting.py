@@ -5,10 +5,11 @@ Answers are plain values, as the command line prints them: angles in arcseconds,
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from clockdrive.errors import InputError
 from pointing.errors import PointingError
 from pointing.model.choice import Choice, choose_terms
 from pointing.model.degeneracy import refuse_degenerate
@@ -148,8 +149,8 @@ def _fitted(run: PointingRun, names: str, wanted: Wanted) -> tuple[Fit, Choice |
     choice = choose_terms(run, outliers=wanted.outliers)
     if not (wanted.robust or wanted.by_pier):
         return choice.fit, choice
-    chosen = fit(run, choice.fit.model.terms, robust=wanted.robust, outliers=wanted.outliers, by_pier=wanted.by_pier)
-    return chosen, choice
+    chosen = fit(choice.fit.run, choice.fit.model.terms, robust=wanted.robust, by_pier=wanted.by_pier)
+    return replace(chosen, outliers=choice.fit.outliers), choice
 
 
 def show_models(paths: Sequence[str]) -> dict[str, Any]:
@@ -181,11 +182,13 @@ def compare_models(paths: Sequence[str]) -> dict[str, Any]:
 
     Raises
     ------
+    InputError
+        There is only one.
     PointingError
-        There is only one, or one cannot be read.
+        One cannot be read.
     """
     if len(paths) < 2:
-        raise PointingError(f"{paths[0]} alone: name two or more model files to compare")
+        raise InputError(f"{paths[0]} alone: name two or more model files to compare")
     tables = [{row.name: row for row in read_model_file(path).rows} for path in paths]
     names = list(dict.fromkeys(name for table in tables for name in table))
     return {

@@ -1,6 +1,7 @@
 """`clockdrive fit` and `clockdrive model`: pointing models from runs of observations, and their files."""
 
 import argparse
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -54,6 +55,8 @@ def fit(args: argparse.Namespace) -> None:
 
     if args.auto and args.fixed:
         raise InputError("--fixed goes with --terms: with --auto the terms are not known beforehand")
+    if args.terms is not None:
+        _refuse_unknown(args.terms)
     wanted = Wanted(
         args.terms or "", args.auto, _fixed(args.fixed), args.places, _weather(args.weather), args.robust,
         args.outliers, args.by_pier, _indices(args.mask), args.pole,
@@ -82,8 +85,39 @@ def _fitted(path: str, wanted: "Wanted") -> "Fitted":
     return replace(found, findings=tuple(map(spoken, found.findings)))
 
 
+def _refuse_unknown(names: str) -> None:
+    """Refuse words that are terms of no mount; what this mount does not have the fit refuses."""
+    from pointing.model.place import KINDS  # noqa: PLC0415 - as in `fit`
+    from pointing.model.terms import term  # noqa: PLC0415
+
+    listed = names.replace(",", " ").split()
+    if not listed:
+        raise InputError(f'--terms {names!r} names none: give some, as in "IH ID CH"')
+    for name in listed:
+        refusals = []
+        for kind in KINDS:
+            try:
+                term(name, kind)
+            except PointingError as error:
+                refusals.append(str(error))
+        if len(refusals) == len(KINDS):
+            raise InputError(f"--terms: {refusals[0]}")
+
+
+def _refuse_overwriting(args: argparse.Namespace) -> None:
+    """Refuse to write over the observations, or two things into one file."""
+    taken = {Path(args.file).resolve(): "the observations"}
+    for option, name in (("--plot", args.plot), ("--residuals", args.residuals), ("--output", args.output)):
+        if not name:
+            continue
+        if what := taken.get(file := Path(name).resolve()):
+            raise ClockdriveError(f"{option} {name} would write over {what}: name another file")
+        taken[file] = f"what {option} writes"
+
+
 def _refuse_unwritable(args: argparse.Namespace) -> None:
     """Refuse files that could not be written, before a long fit and before another one is replaced."""
+    _refuse_overwriting(args)
     for option, name in (("--plot", args.plot), ("--residuals", args.residuals), ("--output", args.output)):
         if not name:
             continue
@@ -119,12 +153,16 @@ def _fixed(text: str | None) -> dict[str, float]:
     found = {}
     for word in (text or "").replace(",", " ").split():
         name, equals, value = word.partition("=")
+        number = math.nan
         try:
-            found[name.upper()] = float(value.replace("−", "-"))
+            number = float(value.replace("−", "-"))
         except ValueError:
             equals = ""
+        if name.upper() in found:
+            raise InputError(f"--fixed {text}: {name.upper()} stands twice; give each term once")
         if not (name and equals):
             raise InputError(f'--fixed {word}: give NAME=ARCSEC, as in "CH=0 TF=12.5"')
+        found[name.upper()] = number
     return found
 
 

@@ -1,6 +1,7 @@
 """The terms that are tried when nobody names any, in the order in which a telescope is likely to need them."""
 
 from dataclasses import dataclass
+from itertools import chain
 
 from pointing.model.place import MountKind
 from pointing.model.terms import Term, terms
@@ -44,13 +45,26 @@ _NAMES: dict[MountKind, tuple[tuple[str, float], ...]] = {
 }
 
 
+_GEOMETRIC = {name for kind, names in INDEX.items() for name in chain(names.split(), _NAMES[kind][0][0].split())}
+
+
+def geometric(each: Term) -> bool:
+    """Whether every mount has this term by its geometry: index, collimation, non-perpendicularity, tilt of axis 1."""
+    return each.name in _GEOMETRIC
+
+
 def tiers(kind: MountKind, named: str | None = None) -> tuple[Tier, ...]:
-    """Return the candidates for a kind of mount, or one tier of those named.
+    """Return the candidates for a kind of mount, or those named, the geometric ones in the first tier.
 
     Raises
     ------
     PointingError
         A name is no term of this kind of mount.
     """
-    listed = _NAMES[kind] if named is None else ((named, _NAMED),)
-    return tuple(Tier(terms(names, kind), worth) for names, worth in listed)
+    if named is None:
+        return tuple(Tier(terms(names, kind), worth) for names, worth in _NAMES[kind])
+    listed = terms(named, kind)
+    return (
+        Tier(tuple(each for each in listed if geometric(each)), _NAMED),
+        Tier(tuple(each for each in listed if not geometric(each)), _NAMED),
+    )

@@ -5,10 +5,13 @@
 
 A term is taken when it lowers the Bayesian information criterion, 2n ln(Σd²/2n) + k ln 2n with the 2n components of n
 observations (Schwarz 1978, Ann. Stat. 6, 461), by more than it must (`pointing.model.candidates`), *and* when patches
-of the sky that were left out (`pointing.model.sky_blocks`) are predicted no worse with it. Between such steps a term
-is dropped that has become needless, or exchanged for a better one; where no single one helps, two are tried together.
-All moves are judged by the normal equations of the fit so far, linear in the candidates; what is taken is fitted
-rigorously.
+of the sky that were left out (`pointing.model.sky_blocks`) are predicted better with it, *and* when the run can carry
+it (`pointing.model.admission`). Between such steps a term is dropped that has become needless, or exchanged for a
+better one; where no single one helps, two are tried together. No step predicts patches left out worse.
+
+The geometric terms are the base: they come first, both tilts of axis 1 as a pair, since an axis leans in two
+directions, and none is dropped or exchanged once another term is there. All moves are judged by the normal equations
+of the fit so far, linear in the candidates; what is taken is fitted rigorously and judged again.
 """
 
 import math
@@ -21,19 +24,25 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pointing.errors import PointingError
-from pointing.model.candidates import INDEX, Tier, tiers
+from pointing.model.admission import refusal
+from pointing.model.candidates import INDEX, Tier, geometric, tiers
 from pointing.model.cross_validation import CrossValidation
 from pointing.model.degeneracy import refuse_degenerate
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
+from pointing.model.outliers import Outlier, find_outliers
+from pointing.model.polar_alignment import TILTS
 from pointing.model.run import PointingRun
 from pointing.model.terms import Term, terms
 
 Action = Literal["begun with", "taken", "dropped", "exchanged", "left"]
 
 
+_Group = tuple[Term, ...]  # terms that are taken and dropped together
+
+
 class _Move(NamedTuple):
-    """What may be done, to which term, why, and the terms afterwards."""
+    """What may be done, to which terms, why, and the terms afterwards."""
 
     action: Action
     name: str
@@ -47,14 +56,14 @@ _MASKINGS = 3  # rounds of choosing and masking
 
 @dataclass(frozen=True)
 class Step:
-    """One term that was taken, dropped, exchanged or left.
+    """One term, or a pair, that was taken, dropped, exchanged or left.
 
     Parameters
     ----------
     action : str
         What was done.
     term : str
-        Its name; of an exchange the new one.
+        Its name, or both; of an exchange the new one's.
     delta_bic : float
         By how much BIC changes with it; of a term that was left, as if it were added to the chosen ones.
     cv_sky_rms_arcsec : float
@@ -131,7 +140,7 @@ def choose_terms(
     start : str
         Names of the terms that are there in any case; `"index terms"` are IH ID or IA IE.
     outliers : bool
-        Mask observations that do not belong: to the standard geometric terms first, then to the chosen ones.
+        Mask observations that do not belong: to the geometric terms first, then, all tested again, to the chosen.
 
     Returns
     -------
@@ -147,14 +156,31 @@ def choose_terms(
     tried = tiers(run.mount, candidates)
     if not outliers:
         return _Search(run, first, tried).choice()
-    standard = [*first, *(each for each in tiers(run.mount)[0].terms if each not in first)]
-    masked = fit(run, standard if len(run) > len(standard) else first, outliers=True)
+    masked = _masked_by_geometry(run, first)
     for _ in range(_MASKINGS):
-        choice = _Search(masked.run, first, tried).choice()
-        before, masked = masked, fit(run, choice.fit.model, outliers=True)
-        if np.array_equal(masked.run.kept, before.run.kept):
-            return replace(choice, fit=masked)
-    return replace(_Search(masked.run, first, tried).choice(), fit=masked)
+        choice = _Search(masked, first, tried).choice()
+        before, (masked, found) = masked, _tested_again(run, choice.fit, masked)
+        if np.array_equal(masked.kept, before.kept):
+            break
+    else:
+        choice = _Search(masked, first, tried).choice()
+    return replace(choice, fit=replace(choice.fit, outliers=found))
+
+
+def _masked_by_geometry(run: PointingRun, first: tuple[Term, ...]) -> PointingRun:
+    """The run without what does not belong to the geometric terms, which are few and told apart."""
+    standard = [*first, *(each for each in tiers(run.mount)[0].terms if each not in first)]
+    if int(np.count_nonzero(run.kept)) <= len(standard):
+        return fit(run, first, outliers=True).run
+    try:
+        return fit(run, standard, outliers=True).run
+    except PointingError:  # a star degrees off bends their fit; by the first terms alone it is found
+        return fit(fit(run, first, outliers=True).run, standard, outliers=True).run
+
+
+def _tested_again(run: PointingRun, chosen: Fit, masked: PointingRun) -> tuple[PointingRun, tuple[Outlier, ...]]:
+    """Test all observations against the chosen terms, fitted without those masked so far: none bends the fit."""
+    return find_outliers(run, lambda kept, robust: fit(kept, chosen.model, robust=robust), masked.kept)
 
 
 class _Search:
@@ -165,11 +191,11 @@ class _Search:
         self.worth = dict.fromkeys(first, 0.0)
         for tier in tried:
             self.worth |= {each: tier.worth for each in tier.terms if each not in self.worth}
-        self.tiers = [[each for each in tier.terms if each not in first] for tier in tried]
+        self.tiers = [_groups([each for each in tier.terms if each not in first], run) for tier in tried]
         self.seen = {frozenset(first)}
         self.path: list[Step] = []
         self._settle(fit(run, first))
-        self.path.append(self._step("begun with", " ".join(each.name for each in first), 0.0, "the first terms"))
+        self.path.append(self._step("begun with", _names(first), 0.0, "the first terms"))
 
     def _settle(self, fitted: Fit) -> None:
         """Go on from a fit."""
@@ -192,13 +218,16 @@ class _Search:
         )
 
     def choice(self) -> Choice:
-        """Search tier after tier, until nothing makes it better."""
-        tried: list[Term] = []
-        for tier in self.tiers:
+        """Search tier after tier, until nothing makes it better; the geometric terms have the first word in each."""
+        base, *others = self.tiers
+        while self._stepped(self._moves(base)) or self._stepped(self._pairs(base)):
+            pass
+        tried = list(base)
+        for tier in others:
             tried += tier
-            while self._stepped(self._moves(tried)) or self._stepped(self._pairs(tier)):
+            while any(self._stepped(moves) for moves in (self._taken(base), self._moves(tried), self._pairs(tier))):
                 pass
-        left = [each for each in self.worth if each not in self.chosen]
+        left = [each for each in tried if not set(each) & set(self.chosen)]
         return Choice(self.fit, tuple(self.path), tuple(self._left(each) for each in left))
 
     def _stepped(self, offered: Iterable[_Move]) -> bool:
@@ -215,7 +244,7 @@ class _Search:
     def _made(self, move: _Move) -> bool:
         """Fit the terms of a move and go on from there; False where patches left out or the fit refuse it."""
         bic, cv, _ = self._judged(move.model)
-        if move.action != "dropped" and not cv < self._allowed_cv:
+        if not cv < self.cv:
             return False
         self.seen.add(frozenset(move.model))
         values = dict(zip(self.chosen, self.fit.model.coefficients, strict=True))
@@ -224,41 +253,52 @@ class _Search:
             fitted = fit(self.run, replace(self.fit.model, terms=move.model, coefficients=begun))
         except PointingError:  # terms that cannot be together; what is left says why
             return False
-        delta, before = bic - self.bic, self.cv
+        delta, before, cv_before = bic - self.bic, self.fit, self.cv
         self._settle(fitted)
-        self.path.append(self._step(move.action, move.name, delta, move.why.format(before, cv)))
+        if not self.cv < cv_before:  # it was better in the linear forecast alone
+            self._settle(before)
+            return False
+        self.path.append(self._step(move.action, move.name, delta, move.why.format(cv_before, self.cv)))
         return True
-
-    @property
-    def _allowed_cv(self) -> float:
-        """What patches left out may be predicted to: half a standard error of such an RMS, 1/√(4n), is no harm."""
-        return self.cv * (1.0 + 0.5 / math.sqrt(4.0 * self.judge.n))
 
     def _score(self, model: tuple[Term, ...]) -> float:
         return self.judge.bic([self.place[each] for each in model]) + sum(self.worth[each] for each in model)
 
     def _possible(self, model: tuple[Term, ...]) -> bool:
-        return frozenset(model) not in self.seen and self.judge.separable([self.place[each] for each in model])
+        columns = [self.place[each] for each in model]
+        return frozenset(model) not in self.seen and self.judge.separable(columns) and self._refusal(model) is None
 
-    def _moves(self, tried: Sequence[Term]) -> Iterator[_Move]:
-        """All changes of a single term."""
-        fresh = [each for each in tried if each not in self.chosen]
-        droppable = [each for each in self.chosen if each not in self.first]
-        for each in fresh:
-            yield _Move("taken", each.name, f"{each.sentence}; {_BETTER}", (*self.chosen, each))
-        for old in droppable:
-            rest = tuple(each for each in self.chosen if each is not old)
-            yield _Move("dropped", old.name, "the others have made it needless", rest)
-            for each in fresh:
-                yield _Move(
-                    "exchanged", each.name, f"{each.sentence}, in place of {old.name}; {_BETTER}", (*rest, each)
-                )
+    def _refusal(self, model: tuple[Term, ...]) -> str | None:
+        """Why the run cannot carry these terms."""
+        return refusal(model, self.judge.whole.part([self.place[each] for each in model]), self.judge.n)
 
-    def _pairs(self, tier: Sequence[Term]) -> Iterator[_Move]:
-        """Two terms of a tier together: each alone may be of no use, as collimation without non-perpendicularity."""
-        for one, other in combinations([each for each in tier if each not in self.chosen], 2):
-            why = f"{one.sentence}, and {other.sentence}, neither of use alone; {_BETTER}"
-            yield _Move("taken", f"{one.name} {other.name}", why, (*self.chosen, one, other))
+    def _taken(self, tried: Sequence[_Group]) -> Iterator[_Move]:
+        """All that may be added."""
+        for each in self._fresh(tried):
+            yield _Move("taken", _names(each), f"{_sentences(each)}; {_BETTER}", (*self.chosen, *each))
+
+    def _moves(self, tried: Sequence[_Group]) -> Iterator[_Move]:
+        """All changes of a single term, or of both tilts."""
+        yield from self._taken(tried)
+        only_base = all(geometric(each) for each in self.chosen)
+        there = [each for each in tried if set(each) <= set(self.chosen)]
+        for old in there:
+            if geometric(old[0]) and not only_base:
+                continue
+            rest = tuple(each for each in self.chosen if each not in old)
+            yield _Move("dropped", _names(old), f"the others have made it needless; {_BETTER}", rest)
+            for new in () if geometric(old[0]) else self._fresh(tried):
+                why = f"{_sentences(new)}, in place of {_names(old)}; {_BETTER}"
+                yield _Move("exchanged", _names(new), why, (*rest, *new))
+
+    def _pairs(self, tier: Sequence[_Group]) -> Iterator[_Move]:
+        """Two of a tier together: each alone may be of no use, as collimation without non-perpendicularity."""
+        for one, other in combinations(self._fresh(tier), 2):
+            why = f"{_sentences((*one, *other))}, neither of use alone; {_BETTER}"
+            yield _Move("taken", _names((*one, *other)), why, (*self.chosen, *one, *other))
+
+    def _fresh(self, tried: Sequence[_Group]) -> list[_Group]:
+        return [each for each in tried if not set(each) & set(self.chosen)]
 
     def _inseparable(self, model: tuple[Term, ...]) -> str:
         """Why terms cannot be fitted together; empty where they can."""
@@ -273,20 +313,38 @@ class _Search:
     def _step(self, action: Action, name: str, delta_bic: float, why: str) -> Step:
         return Step(action, name, delta_bic, self.cv, self.rms, why)
 
-    def _left(self, each: Term) -> Step:
+    def _left(self, each: _Group) -> Step:
         """What a candidate that was left would do with the chosen terms."""
-        model = (*self.chosen, each)
-        if refusal := self._inseparable(model):
-            return Step("left", each.name, math.nan, math.nan, math.nan, refusal)
+        model, name = (*self.chosen, *each), _names(each)
+        if inseparable := self._inseparable(model):
+            return Step("left", name, math.nan, math.nan, math.nan, inseparable)
         bic, cv, rms = self._judged(model)
-        delta, worth = bic - self.bic, self.worth[each]
+        delta, worth = bic - self.bic, sum(self.worth[one] for one in each)
+        refused = self._refusal(model)
         if delta > -worth:
             why = f"it explains too little: BIC changes by {delta:+.1f}, to be taken by {-worth:+.0f}"
-        elif not cv < self._allowed_cv:
+        elif refused is not None:
+            why = refused
+        elif not cv < self.cv:
             why = f"it overfits: patches left out are predicted to {cv:.2f}″ instead of {self.cv:.2f}″"
         else:
             why = "it was there before, and other terms together do as well"
-        return Step("left", each.name, delta, cv, rms, why)
+        return Step("left", name, delta, cv, rms, why)
+
+
+def _groups(listed: Sequence[Term], run: PointingRun) -> list[_Group]:
+    """Each term by itself, but both tilts of axis 1 together."""
+    tilts = tuple(each for each in listed if each.name in TILTS[run.mount])
+    alone: list[_Group] = [(each,) for each in listed if each not in tilts]
+    return [*alone, tilts] if tilts else alone
+
+
+def _names(listed: Sequence[Term]) -> str:
+    return " ".join(each.name for each in listed)
+
+
+def _sentences(listed: Sequence[Term]) -> str:
+    return ", and ".join(each.sentence for each in listed)
 
 
 def _html_row(step: Step) -> str:

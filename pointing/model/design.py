@@ -64,10 +64,8 @@ def _slices(n: int, size: int) -> Iterator[slice]:
 
 def _residual(run: PointingRun, where: slice, place: Place) -> Array:
     """Components of the star's direction along the unit vectors of the predicted place."""
-    star1, star2 = run.star1[where], run.star2[where]
-    level, up = np.cos(star2), np.sin(star2)
-    x, y = level * np.cos(star1), level * np.sin(star1)
-    residual = np.empty((2, star1.size))
+    x, y, z = run.star_direction[:, where]
+    residual = np.empty((2, x.size))
     residual[0] = y * place.cos_lon - x * place.sin_lon
-    residual[1] = up * place.cos_lat - (x * place.cos_lon + y * place.sin_lon) * place.sin_lat
+    residual[1] = z * place.cos_lat - (x * place.cos_lon + y * place.sin_lon) * place.sin_lat
     return residual

@@ -9,9 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pointing.model.place import MountKind
+from pointing.model.pointing_model import PointingModel
 from pointing.model.run import Array, PointingRun
+from pointing.model.terms import Term, terms
 
-SMALL_MODEL = 7  # columns of `design`
+_SMALL: dict[MountKind, tuple[Term, ...]] = {
+    "equatorial": terms("IH ID CH NP MA ME TF", "equatorial"),
+    "altazimuth": terms("IA IE CA NPAE AN AW TF", "altazimuth"),
+}
+SMALL_MODEL = len(_SMALL["equatorial"])  # columns of `design`
 
 
 @dataclass(frozen=True)
@@ -36,19 +43,15 @@ class FirstOrderFit:
 
 
 def design(run: PointingRun) -> Array:
-    """Partials on the sky, (2n, 7): IH ID CH NP MA ME TF, or IA IE CA NPAE AN AW TF with other signs of their own."""
-    first, second = run.mechanical_star()
-    s1, c1, s2, c2 = np.sin(first), np.cos(first), np.sin(second), np.cos(second)
-    one, nought = np.ones(len(run)), np.zeros(len(run))
-    if run.mount == "equatorial":
-        sine, cosine = math.sin(run.latitude), math.cos(run.latitude)
-        flexure = (cosine * s1, cosine * c1 * s2 - sine * c2)
-    else:
-        flexure = (nought, -c2)
-    columns = (
-        (c2, nought), (nought, one), (one, nought), (s2, nought), (-c1 * s2, s1), (s1 * s2, c1), flexure,
-    )  # fmt: skip
-    return np.array([np.concatenate(column) for column in columns]).T
+    """Partials on the sky, (2n, 7): those of `_SMALL` at coefficients of zero."""
+    listed = _SMALL[run.mount]
+    small = PointingModel(run.mount, run.latitude, listed, (0.0,) * len(listed))
+    columns = small.star_and_jacobian(*run.mechanical_star())[2].by_coefficient
+    return (
+        np.array([[np.broadcast_to(part, len(run)) for part in column] for column in columns])
+        .reshape(len(listed), -1)
+        .T
+    )
 
 
 def fit_first_order(run: PointingRun, extra: Array | None = None) -> FirstOrderFit:

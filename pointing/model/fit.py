@@ -24,7 +24,7 @@ from pointing.model.degeneracy import refuse_degenerate, refuse_inseparable
 from pointing.model.design import blocks, residuals
 from pointing.model.fitted import Fit
 from pointing.model.normal_equations import NormalEquations
-from pointing.model.outliers import Outlier, find_outliers, huber_weights
+from pointing.model.outliers import find_outliers, huber_weights
 from pointing.model.pointing_model import PointingModel
 from pointing.model.possible import INDEX_TERMS, LARGEST, LARGEST_INDEX
 from pointing.model.run import PointingRun
@@ -86,9 +86,9 @@ def fit(
     start, free = _held(start, fixed)
     refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.frame)
     _refuse_too_few(int(np.count_nonzero(run.kept & (run.weight > 0.0))), int(free.sum()))
-    found: tuple[Outlier, ...] = ()
-    if outliers:
-        run, found = find_outliers(run, lambda kept, heed: _settled(kept, start, free, robust=heed))
+    if not outliers:
+        return _settled(run, start, free, robust=robust)
+    run, found = find_outliers(run, lambda kept, heed: _settled(kept, start, free, robust=heed))
     return replace(_settled(run, start, free, robust=robust), outliers=found)
 
 
@@ -217,7 +217,7 @@ def _gauss_newton(
             damping = settled.next_damping(damping)
             change, before = settled.solution(damping), []
         else:
-            shares = equations.inseparable()
+            shares = equations.inseparable() if least == math.inf else None  # later rounds see the same sky
             if shares is not None:
                 _refuse_few_places(run.subset(weight > 0.0), len(listed))
                 refuse_inseparable(listed, shares, int(np.count_nonzero(weight)))
@@ -271,9 +271,11 @@ def _gathered(
 def _projected(run: PointingRun, model: PointingModel, weight: Array, derivatives: Sequence[Array]) -> Array:
     """The residuals of a model on derivatives of another."""
     weighted = residuals(run, model) * weight
-    ends = np.cumsum([each.shape[1] for each in derivatives])
-    parts = [_onto(each, weighted[:, end - each.shape[1] : end]) for each, end in zip(derivatives, ends, strict=True)]
-    return np.asarray(sum(parts))
+    found, begin = np.zeros(derivatives[0].shape[-1]), 0
+    for each in derivatives:
+        end = begin + each.shape[1]
+        found, begin = found + _onto(each, weighted[:, begin:end]), end
+    return found
 
 
 def _onto(derivatives: Array, weighted: Array) -> Array:

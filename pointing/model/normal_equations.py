@@ -16,6 +16,7 @@ from pointing.model.functions import once
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-10  # smallest eigenvalue of the scaled normal matrix, against the largest, that still tells terms apart
+_PLAINLY = 0.1  # of a limit: what is below needs no decomposition to be seen
 _HARDER = 3.0
 
 
@@ -77,7 +78,7 @@ class NormalEquations:
 
     @once
     def _eigen(self) -> tuple[Array, Array]:
-        values, vectors = np.linalg.eigh(self.matrix / (self.scale[:, None] * self.scale))
+        values, vectors = np.linalg.eigh(self._scaled)
         return values, vectors
 
     @property
@@ -92,6 +93,11 @@ class NormalEquations:
         """Return the share of each term in the combinations that the observations do not see, or None."""
         if not self.scale.size:
             return None
+        try:
+            if _square(self._scaled) * _square(self._scaled_inverse) < (_PLAINLY / SINGULAR) ** 2:
+                return None
+        except np.linalg.LinAlgError:
+            pass
         values, vectors = self._eigen
         if values[0] >= SINGULAR * values[-1]:
             return None
@@ -100,8 +106,15 @@ class NormalEquations:
     @once
     def inverse(self) -> Array:
         """(MᵀWM)⁻¹."""
-        values, vectors = self._eigen
-        return np.asarray((vectors / values) @ vectors.T / (self.scale[:, None] * self.scale))
+        return np.asarray(self._scaled_inverse / (self.scale[:, None] * self.scale))
+
+    @once
+    def _scaled(self) -> Array:
+        return np.asarray(self.matrix / (self.scale[:, None] * self.scale))
+
+    @once
+    def _scaled_inverse(self) -> Array:
+        return np.asarray(np.linalg.inv(self._scaled))
 
     @property
     def least_seen(self) -> float:
@@ -133,3 +146,8 @@ class NormalEquations:
         """Whether a change takes back more than half of the one before, both scaled."""
         one, other = before * self.scale, change * self.scale
         return bool(one @ other < -0.5 * (one @ one))
+
+
+def _square(matrix: Array) -> float:
+    """Sum of the squared elements, not below the square of the largest eigenvalue."""
+    return float(np.vdot(matrix, matrix))

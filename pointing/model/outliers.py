@@ -92,7 +92,7 @@ def huber_weights(residual: Array, weight: Array, k: int) -> Array:
 
 
 def find_outliers(
-    run: PointingRun, fitted: Callable[[PointingRun, bool], "Fit"]
+    run: PointingRun, fitted: Callable[[PointingRun, bool], "Fit"], good: NDArray[np.bool_] | None = None
 ) -> tuple[PointingRun, tuple[Outlier, ...]]:
     """Mask the observations that do not belong.
 
@@ -102,6 +102,8 @@ def find_outliers(
         The run.
     fitted : callable
         (run, robust) → fit of it.
+    good : (n,) array, optional
+        What belongs by an earlier test; absent, a robust fit of all begins.
 
     Returns
     -------
@@ -110,8 +112,11 @@ def find_outliers(
     """
     offered = run.kept & (run.weight > 0.0)
     level = rejection_level(int(np.count_nonzero(offered)))
-    current = fitted(run, True)  # noqa: FBT003 - robust
-    good = offered & ~(_rough(current, offered) < level)
+    if good is None:
+        current = fitted(run, True)  # noqa: FBT003 - robust
+        good = offered & ~(_rough(current, offered) < level)
+    else:
+        current = fitted(replace(run, kept=good), False)  # noqa: FBT003 - plain
     seen: set[bytes] = set()
     for _ in range(_ROUNDS):
         if 2 * int(np.count_nonzero(good)) <= current.k + 1:

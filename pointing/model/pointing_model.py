@@ -86,9 +86,13 @@ class PointingModel:
         if not abs(self.latitude) <= math.pi / 2:
             raise PointingError(f"latitude {math.degrees(self.latitude):g}°: possible are −90° to 90°")
         refuse_twice(self.terms)
-        for each, coefficient in zip(self.terms, self.coefficients, strict=True):
+        for each in self.terms:
             if self.kind not in each.mounts:
                 raise PointingError(f"the pointing term {each.name} is not for an {self.kind} mount")
+        self._refuse_impossible()
+
+    def _refuse_impossible(self) -> None:
+        for each, coefficient in zip(self.terms, self.coefficients, strict=True):
             if not abs(coefficient) <= math.pi / 4:
                 size = f"{math.degrees(coefficient):g}°"
                 raise PointingError(f"{each.name} of {size}: possible are −45° to 45°; coefficients are arcseconds")
@@ -120,14 +124,27 @@ class PointingModel:
 
     def with_coefficients(self, coefficients: Sequence[float]) -> "PointingModel":
         """Return the same terms with other coefficients, radians."""
-        values = tuple(float(value) for value in coefficients)
-        return PointingModel(self.kind, self.latitude, self.terms, values, self.caption)
+        values = tuple(map(float, coefficients))
+        if len(values) != len(self.terms):
+            return PointingModel(self.kind, self.latitude, self.terms, values, self.caption)
+        # a fit asks for this at each step: what was found right of the terms, and worked out of them, still is
+        model = object.__new__(PointingModel)
+        model.__dict__.update(
+            kind=self.kind, latitude=self.latitude, terms=self.terms, coefficients=values, caption=self.caption,
+            frame=self.frame, _order=self._order,
+        )  # fmt: skip
+        model._refuse_impossible()
+        return model
+
+    @once
+    def _order(self) -> tuple[int, ...]:
+        """Positions of the terms as they are applied."""
+        return tuple(sorted(range(len(self.terms)), key=lambda i: self.terms[i].rank))
 
     @once
     def _sequence(self) -> tuple[tuple[int, Term, float], ...]:
         """(position in the model, term, coefficient) as they are applied."""
-        listed = enumerate(zip(self.terms, self.coefficients, strict=True))
-        return tuple(sorted(((i, *pair) for i, pair in listed), key=lambda three: three[1].rank))
+        return tuple((i, self.terms[i], self.coefficients[i]) for i in self._order)
 
     @once
     def _last_step2(self) -> float:

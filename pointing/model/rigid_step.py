@@ -69,15 +69,14 @@ class RigidStep:
             if coefficient:
                 turn = _turn(_AXES[term.result], coefficient * sign)
                 axes = {j: _times(turn, axis) for j, axis in axes.items()}
-                columns = [_times(turn, column) for column in zip(*tilt, strict=True)]
-                tilt = tuple(zip(*columns, strict=True))  # type: ignore[assignment]
+                tilt = turn if tilt is _SAME else _product(turn, tilt)
             axes[i] = _AXES[term.result]
         self._index = sums[INDEX1], sums[INDEX2]
         self._across = math.sin(sums[COLLIMATION]), math.cos(sums[COLLIMATION])
         self._askew = math.sin(sums[SKEW]), math.cos(sums[SKEW])
         self._straight = not (sums[COLLIMATION] or sums[SKEW])
         self._tilt, self._axes = tilt, axes
-        self._level = tilt == _SAME
+        self._level = tilt is _SAME
         self._axis1 = _POLE if self._level else _times(tilt, _POLE)
 
     def star(self, place: Place) -> Place:
@@ -172,6 +171,11 @@ def _times(rows: Rows, v: tuple[Real, Real, Real]) -> tuple[Real, Real, Real]:
     x, y, z = v
     (a, b, c), (d, e, f), (g, h, i) = rows
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+def _product(rows: Rows, other: Rows) -> Rows:
+    one, two, three = (_times(rows, column) for column in zip(*other, strict=True))
+    return tuple(zip(one, two, three, strict=True))  # type: ignore[return-value]
 
 
 def _turn(axis: Vector, angle: float) -> Rows:

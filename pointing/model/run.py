@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pointing.errors import PointingError
+from pointing.model.functions import once
 from pointing.model.place import KINDS, Frame, MountKind
 from pointing.site import Weather
 
@@ -157,6 +158,12 @@ class PointingRun:
         from pointing.model.run_table import to_table  # noqa: PLC0415 - takes astropy along
 
         return to_table(self)
+
+    @once
+    def star_direction(self) -> Array:
+        """Unit vectors of the stars: (3, n), to coordinate 1 = 0, to 90° and to the pole of axis 1."""
+        level = np.cos(self.star2)
+        return np.stack((level * np.cos(self.star1), level * np.sin(self.star1), np.sin(self.star2)))
 
     @property
     def beyond(self) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from html import escape
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError
@@ -14,13 +14,22 @@ if TYPE_CHECKING:
 
 CONDITION = 30.0  # of the scaled design above which terms share what they explain
 CORRELATION = 0.95  # of two coefficients that are hardly told apart
+_MASKED = 0.1  # share of a run beyond which what does not belong may be the model
 _NAMED = 3  # observations
 _HEADS = ("term", "″", "σ″", "", "what it is")
 
 
 def warnings(fit: "Fit") -> tuple[str, ...]:
     """Return what to beware of in a fit, a sentence each, the gravest first."""
-    return (*_nonsense(fit), *_far_off(fit), *_few(fit), *_inseparable(fit), *_condition(fit), *_unconfirmed(fit))
+    return (
+        *_nonsense(fit),
+        *_far_off(fit),
+        *_few(fit),
+        *_many_masked(fit),
+        *_inseparable(fit),
+        *_condition(fit),
+        *_unconfirmed(fit),
+    )
 
 
 def text(fit: "Fit") -> str:
@@ -74,6 +83,23 @@ def _nonsense(fit: "Fit") -> Iterator[str]:
         refuse_nonsense(fit)
     except PointingError as error:
         yield str(error)
+
+
+def _many_masked(fit: "Fit") -> Iterator[str]:
+    """Outliers are few; many, and in succession, are another telescope: one that was moved, or has another term."""
+    count, n = len(fit.outliers), fit.n + len(fit.outliers)
+    if count <= _MASKED * n:
+        return
+    indices = [each.index for each in fit.outliers]
+    longest = length = 1
+    for before, after in pairwise(indices):
+        length = length + 1 if after == before + 1 else 1
+        longest = max(longest, length)
+    yield (
+        f"{count} of {n} observations were masked, {count / n:.0%} where {_MASKED:.0%} are many, up to {longest} in "
+        "succession: look whether the telescope was bumped, reset or badly read there, or a term is missing, before "
+        "you trust the rest"
+    )
 
 
 def _far_off(fit: "Fit") -> Iterator[str]:

@@ -19,7 +19,7 @@ wheel of 360 teeth. TPOINT has none of these.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 from pointing.errors import PointingError
@@ -206,10 +206,14 @@ def terms(names: str | Sequence[Term | str], kind: MountKind) -> tuple[Term, ...
     PointingError
         A name is no term of this kind of mount, stands twice, or there is none.
     """
-    listed = names.replace(",", " ").split() if isinstance(names, str) else names
-    if not listed:
+    return _listed(tuple(names.replace(",", " ").split()) if isinstance(names, str) else tuple(names), kind)
+
+
+@lru_cache(maxsize=128)
+def _listed(names: tuple[Term | str, ...], kind: MountKind) -> tuple[Term, ...]:
+    if not names:
         raise PointingError('no pointing terms are named: give some, as in "IH ID CH NP MA ME"')
-    found = tuple(term(each, kind) if isinstance(each, str) else each for each in listed)
+    found = tuple(term(each, kind) if isinstance(each, str) else each for each in names)
     refuse_twice(found)
     return found
 

@@ -92,6 +92,19 @@ def test_a_single_observation_more_than_half_the_terms_still_has_a_text():
     assert found.popn_sd_arcsec == pytest.approx(np.inf)
 
 
+@pytest.mark.parametrize(("bumped", "warned"), [(4, False), (9, True)])
+def test_many_that_are_masked_are_warned_of_with_how_many_in_succession(bumped, warned):
+    run = simulated_run("fork", 40.0, TRUTH["fork"], 60, np.random.default_rng(12)).run
+    axis2 = run.axis2 + np.where((np.arange(60) >= 20) & (np.arange(60) < 20 + bumped), np.radians(0.2), 0.0)
+    found = fit(replace(run, axis2=axis2), " ".join(TRUTH["fork"]), outliers=True)
+    assert [each.index for each in found.outliers] == list(range(20, 20 + bumped))
+    told = [each for each in found.warnings if "were masked" in each]
+    print(told)
+    assert bool(told) == warned
+    if warned:
+        assert told[0].startswith("9 of 60 observations were masked, 15% where 10% are many, up to 9 in succession")
+
+
 def test_one_star_far_off_is_named_and_a_good_run_names_none():
     names = " ".join(TRUTH["fork"])
     run = simulated_run("fork", 40.0, TRUTH["fork"], 54, np.random.default_rng(11)).run
