@@ -24,7 +24,7 @@ from pointing.model.degeneracy import refuse_degenerate, refuse_inseparable
 from pointing.model.design import blocks, residuals
 from pointing.model.fitted import Fit
 from pointing.model.normal_equations import NormalEquations
-from pointing.model.outliers import find_outliers, huber_weights
+from pointing.model.outliers import Outlier, find_outliers, huber_weights
 from pointing.model.pointing_model import PointingModel
 from pointing.model.possible import INDEX_TERMS, LARGEST, LARGEST_INDEX
 from pointing.model.run import PointingRun
@@ -87,8 +87,30 @@ def fit(
     refuse_degenerate([each for each, is_free in zip(start.terms, free, strict=True) if is_free], start.frame)
     if not outliers:
         return _settled(run, start, free, robust=robust)
-    run, found = find_outliers(run, lambda kept, heed: _settled(kept, start, free, robust=heed))
+    run, found = _without_outliers(run, start, free)
     return replace(_settled(run, start, free, robust=robust), outliers=found)
+
+
+def _without_outliers(
+    run: PointingRun, start: PointingModel, free: NDArray[np.bool_]
+) -> tuple[PointingRun, tuple[Outlier, ...]]:
+    """The run with what does not belong masked.
+
+    A star degrees off bends a fit of many terms until it does not settle, or settles far away. Index errors have no
+    bend: what does not belong to them is left out of a second beginning, and tested again with all the others.
+    """
+
+    def fitted(kept: PointingRun, heed: bool) -> Fit:
+        return _settled(kept, start, free, robust=heed)
+
+    try:
+        return find_outliers(run, fitted)
+    except PointingError:
+        index = np.array([is_free and each.is_index for each, is_free in zip(start.terms, free, strict=True)], bool)
+        if not index.any():
+            raise
+        begun, _ = find_outliers(run, lambda kept, heed: _settled(kept, start, index, robust=heed))
+        return find_outliers(run, fitted, begun.kept)
 
 
 def _refuse_other_kinds(run: object, model: object) -> None:
