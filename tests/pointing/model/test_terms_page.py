@@ -19,8 +19,8 @@ pytestmark = pytest.mark.checkout
 
 
 def rows():
-    """Every (term, formula, mount) of the page."""
-    found = ROW.findall(PAGE.read_text(encoding="utf-8"))
+    """Every (term, formula, mount) of the page; none away from the checkout, where these tests are left out."""
+    found = ROW.findall(PAGE.read_text(encoding="utf-8")) if PAGE.exists() else []
     return [
         pytest.param(name, formula, kind, id=f"{name}-{kind}")
         for name, formula, kinds in found
