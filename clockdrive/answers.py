@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from mounts.tc410.registers import COUNTS_PER_SECOND
+from clockdrive.figures import place, planned, register, tracked
 from pointing.limits import Check
 from pointing.next_limit import next_limit
 from pointing.pass_plan import PassPlan, planned_pass
-from pointing.plan import AxisPlan, AxisState, Plan
+from pointing.plan import AxisState, Plan
 from pointing.planner import Planner
 from pointing.targets import Target
 from pointing.trajectory import Trajectory
@@ -121,7 +121,7 @@ def plan_answer(
             "eta_s": round(plan.eta, 6),
             "posture": plan.posture,
             "observed": observed(plan.observed, planner.mount.latitude),
-            "axes": [_axis(axis) for axis in plan.axes],
+            "axes": [planned(*each) for each in zip(planner.axes, plan.axes, strict=True)],
             "checks": [{"name": check.name, "ok": check.ok, "detail": check.detail} for check in plan.checks],
             **_afterwards(plan, planner, target),
             **({} if budget is None else {"budget": budget}),
@@ -161,9 +161,9 @@ def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[
                 {
                     "name": axis.name,
                     "angle_deg": math.degrees(angle),
-                    "target_counts": round(axis.gearing.counts(angle)),
+                    **place(axis, angle),
                     "rate_deg_s": math.degrees(rate),
-                    "velocity_register": velocity_register(rate * axis.gearing.counts_per_radian),
+                    **register(axis, rate),
                 }
                 for axis, (angle, rate) in zip(planner.axes, state, strict=True)
             ],
@@ -255,18 +255,7 @@ def rates_answer(
     name: str, time: float, direction: Vector, state: AxisState, planner: Planner, notes: Sequence[str] = ()
 ) -> Answer:
     """Put tracking rates into the form of `rates --json`."""
-    axes = []
-    for axis, (angle, rate) in zip(planner.axes, state, strict=True):
-        counts_s = rate * axis.gearing.counts_per_radian
-        axes.append(
-            {
-                "name": axis.name,
-                "angle_deg": math.degrees(angle),
-                "rate_deg_s": math.degrees(rate),
-                "rate_counts_s": counts_s,
-                "velocity_register": velocity_register(counts_s),
-            }
-        )
+    axes = [tracked(axis, angle, rate) for axis, (angle, rate) in zip(planner.axes, state, strict=True)]
     return Answer(
         {
             "ok": True,
@@ -277,23 +266,6 @@ def rates_answer(
             "notes": list(notes),
         }
     )
-
-
-def velocity_register(counts_s: float) -> int:
-    """The TC410's velocity register nearest to a rate."""
-    return round(counts_s / COUNTS_PER_SECOND)
-
-
-def _axis(axis: AxisPlan) -> dict[str, Any]:
-    return {
-        "name": axis.name,
-        "angle_deg": math.degrees(axis.angle),
-        "from_counts": round(axis.from_counts),
-        "target_counts": axis.target_counts,
-        "travel_s": axis.travel.duration,
-        "rate_deg_s": math.degrees(axis.rate),
-        "velocity_register": velocity_register(axis.rate_counts),
-    }
 
 
 def _table(value: object) -> str:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
+from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
-from clockdrive.tc410_assembly import Difference, differences, registers, registers_of, registers_of_key
 from mounts.tc410.encoders import Encoders, fault, read_encoder
 from mounts.tc410.registers import Register, RegisterError, by_name
 from mounts.tc410.unit import Unit

@@ -2,8 +2,8 @@
 
 from clockdrive.configuration import load
 from clockdrive.configuration_file import commented_template
+from clockdrive.drives.tc410.registers import keys_from, registers_of, travel_from
 from clockdrive.errors import InputError
-from clockdrive.tc410_assembly import keys_from, registers_of, travel_from
 from mounts.tc410.startup import identify
 from mounts.tc410.unit import Unit
 from transports.link import Clock

@@ -7,11 +7,11 @@ from clockdrive import parse
 from clockdrive.answers import Answer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
 from clockdrive.assembly import instruments as instruments_of
 from clockdrive.assembly import surroundings as surroundings_of
-from clockdrive.assembly import timing as timing_of
 from clockdrive.best import best
 from clockdrive.budgeting import budget_json, budget_of
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
+from clockdrive.drives import kind_of
 from clockdrive.errors import ConfigurationError, InputError
 from clockdrive.instruments import Instruments
 from clockdrive.surroundings import Surroundings
@@ -67,7 +67,7 @@ def plan_from(
     instruments, around, left = without_a_drive(configuration, time, instrument)
     planner = instruments.planner
     resolved = drifting(resolve(target, planner, time, sources_of(configuration)), drift, time)
-    found = plan_or_pass(planner, resolved, Start(time, counts), timing_of(configuration))
+    found = plan_or_pass(planner, resolved, Start(time, counts), kind_of(configuration).timing(configuration))
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
     return answered(found, time, planner, around, resolved, (*instruments.notes, *unasked))

@@ -9,8 +9,8 @@ from importlib import metadata
 from pathlib import Path
 
 from clockdrive.answers import utc
-from clockdrive.assembly import DEAD_MAN_LOG
 from clockdrive.configuration import Configuration, load
+from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
 from clockdrive.state import StateStore

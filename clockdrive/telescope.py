@@ -30,6 +30,7 @@ from clockdrive.configuration import Configuration, load
 from clockdrive.control import Steps, control_for
 from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
+from clockdrive.drives import kind_of
 from clockdrive.errors import ArgumentError, finite
 from clockdrive.guiding import Guiding
 from clockdrive.owner import Ownership
@@ -60,9 +61,9 @@ if TYPE_CHECKING:
     from astropy.io.fits import Header
 
     from clockdrive.commission import SkyWitness, Stage
+    from clockdrive.drives.kind import Simulated
     from clockdrive.planning import TargetLike, TimeLike
     from mounts.commissioning import Finding
-    from mounts.tc410.simulator import SimulatedTC410
     from transports.link import Clock
     from transports.memory import Device
 
@@ -88,7 +89,7 @@ class Telescope:
     command : str
         Who opens it, as other processes are told.
     line : callable, optional
-        Given the embedded simulator, returns the device that the driver reaches in its place: a faulty line to it.
+        Given a line of the embedded simulator, returns what the driver reaches in its place: a faulty line to it.
 
     Raises
     ------
@@ -104,13 +105,13 @@ class Telescope:
         command: str = "Python",
         line: "Callable[[Device], Device] | None" = None,
     ) -> None:
-        assembly.refuse_what_is_not_there(configuration)
+        self._kind = kind_of(configuration)
         self.clock = clock or SystemClock()
         self.configuration = configuration
         self._closed = False
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._kept_at = -math.inf
-        self._device: SimulatedTC410 | None = None
+        self._device: Simulated | None = None
         self._line = line
         identity = configuration.identity
         self.ownership = Ownership(
@@ -375,7 +376,7 @@ class Telescope:
         return self._control.call(lambda: dict(self._session.drive.registers()))
 
     @property
-    def simulator(self) -> "SimulatedTC410 | None":
+    def simulator(self) -> "Simulated | None":
         """The embedded simulator, to be asked where it really points."""
         return self._device
 
@@ -533,9 +534,8 @@ class Telescope:
             memory = self._store.learnt("drive")
             if configuration.simulated:
                 memory = self._embed(now, memory)
-            device = self._device if self._line is None or self._device is None else self._line(self._device)
-            drive, self.configuration = assembly.drive(
-                configuration, self.clock, device, memory, lambda kept: self._store.learn("drive", kept, now)
+            drive, self.configuration = self._kind.drive(
+                configuration, self.clock, self._lines(), memory, lambda kept: self._store.learn("drive", kept, now)
             )
             self._instruments = assembly.instruments(self.configuration)
             planner = self._instruments.planner
@@ -578,13 +578,16 @@ class Telescope:
 
     def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
         """Make the simulator; a new one starts synchronised at park."""
-        from clockdrive import simulators  # noqa: PLC0415 - only where one is used
-
         kept = self._store.simulator()
         if kept is not None and kept[1] > now:  # the clock was set back since: its own time goes on from now
             kept[0]["t0"] = float(str(kept[0]["t0"])) - (kept[1] - now)
-        self._device = simulators.tc410(self.configuration, now, None if kept is None else kept[0])
-        return simulators.memory_at_park(self.configuration, now) if kept is None else memory
+        self._device = self._kind.simulated(self.configuration, now, None if kept is None else kept[0])
+        return self._kind.memory_at_park(self.configuration, now) if kept is None else memory
+
+    def _lines(self) -> "tuple[Device, ...]":
+        """The lines of the embedded simulator, if there is one, as the driver reaches them."""
+        lines = () if self._device is None else self._device.lines
+        return lines if self._line is None else tuple(self._line(each) for each in lines)
 
     def _keep_simulator(self) -> None:
         now = self.clock.now()

@@ -7,9 +7,9 @@ Decision record 0001 shows on paper that the four drives fit.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
-from pointing.plan import Leading
+from pointing.plan import Leading, Units
 from pointing.slew import SlewModel
 
 
@@ -22,7 +22,7 @@ class Capabilities:
     rate_control: bool  # takes a tracking rate for each axis
     path_nodes: bool  # takes positions and velocities against time
     holds_rate_alone: bool  # goes on tracking when the host is gone
-    units: Literal["counts", "degrees", "microsteps", "steps"]
+    units: Units
 
 
 @dataclass(frozen=True)

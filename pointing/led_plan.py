@@ -61,9 +61,7 @@ def led_plan(
         setup, travel = geometry.axes[i], LedTravel(trajectory, i, begin.time, arrival - begin.time)
         gearing, scale = setup.gearing, abs(setup.gearing.counts_per_radian)
         rate_counts = rate * gearing.counts_per_radian
-        axes.append(
-            AxisPlan(setup.name, angle, rate, start.counts[i], round(gearing.counts(angle)), rate_counts, travel)
-        )
+        axes.append(AxisPlan(setup.name, angle, rate, start.counts[i], setup.nearest(angle), rate_counts, travel))
         fastest = max(leading.ramps[i].max_rate, abs(start.rates[i])) / scale
         legs.append(Leg(gearing, travel, fastest, abs(start.rates[i]) / scale, joined=rate))
     path = SlewPath(

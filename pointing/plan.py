@@ -6,7 +6,7 @@ Angles are radians, times POSIX seconds, rates per second; `counts` are the driv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pointing.errors import PointingError
 from pointing.gearing import Gearing
@@ -20,18 +20,40 @@ if TYPE_CHECKING:
     from pointing.trajectory import Trajectory
 
 
+Units = Literal["counts", "degrees", "microsteps", "steps"]
+"""What a drive counts in; all but degrees are whole."""
+
+_SETTLED_DEG = 1e-9  # 3.6 µas
+
+
 @dataclass(frozen=True)
 class Axis:
-    """One axis: its gearing and the travel it is allowed, radians."""
+    """One axis: its gearing, the travel it is allowed, radians, and what its drive counts in."""
 
     name: str
     gearing: Gearing
     minimum: float
     maximum: float
+    units: Units = "counts"
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):
             raise PointingError(f"{self.name}: limits of {self.minimum} to {self.maximum} rad; give finite angles")
+
+    def nearest(self, angle: float) -> float:
+        """The counts nearest to an angle, radians, to which the drive can be sent."""
+        counts = self.gearing.counts(angle)
+        return counts if self.units == "degrees" else round(counts)
+
+    @property
+    def settled(self) -> float:
+        """By how many counts a target may still change and stands."""
+        return _SETTLED_DEG if self.units == "degrees" else 0.0
+
+    @property
+    def flicker(self) -> float:
+        """By how many counts a target may go on changing, tick by tick."""
+        return _SETTLED_DEG if self.units == "degrees" else 1.0
 
     def windings(self, angle: float, slack: float = 0.0) -> Iterator[float]:
         """Every angle within the limits, or `slack` radians outside, that is the same direction as `angle`."""
@@ -110,7 +132,7 @@ class AxisPlan:
     angle: float
     rate: float
     from_counts: float
-    target_counts: int
+    target_counts: float
     rate_counts: float
     travel: Travel
 

@@ -111,7 +111,7 @@ class Planner(Geometry):
         sun = self.sun(self.sky.at(Instant.from_posix(start.time + timing.latency)))
         way = _Way(self.mount.posture(angles[1]), angles, (0.0, 0.0), sun)
         targets = self._counts((way, way))
-        travels = self._travel(targets, start, timing)
+        travels = self._travel(targets, (0.0, 0.0), start, timing)
         arrival = Instant.from_posix(start.time + timing.latency + _longer(travels))
         way = replace(way, sun=self.sun(self.sky.at(arrival)))
         plan = self._assembled(name, way, sun, targets, travels, start, timing, ends_clear=False)
@@ -248,15 +248,17 @@ class Planner(Geometry):
         targets = self._counts((first, second))
         settled = False
         for turn in range(_ROUNDS):
-            travels = self._travel(targets, start, timing)
+            travels = self._travel(targets, (first.rates[0], second.rates[1]), start, timing)
             due1, due2 = travels[0].duration, travels[1].duration
             if timing.together:
                 due1 = due2 = min(max(due1, due2), _SEARCH_SPAN)
             first = self._at(target, begin, due1, first)
             second = first if due1 == due2 else self._at(target, begin, due2, second)
             wanted = self._counts((first, second))
-            change = max(abs(wanted[0] - targets[0]), abs(wanted[1] - targets[1]))
-            settled = change <= (turn > _FLICKER)
+            settled = all(
+                abs(one - other) <= (axis.flicker if turn > _FLICKER else axis.settled)
+                for axis, one, other in zip(self.axes, wanted, targets, strict=True)
+            )
             if settled:
                 break
             targets = wanted
@@ -275,25 +277,30 @@ class Planner(Geometry):
         (a1, w1), (a2, w2) = self.state(target, frame, way.posture, way.angles)
         return _Way(way.posture, (a1, a2), (w1, w2), self.sun(frame), due, due)
 
-    def _counts(self, ways: tuple[_Way, _Way]) -> tuple[int, int]:
+    def _counts(self, ways: tuple[_Way, _Way]) -> tuple[float, float]:
         """Return the counts nearest to axis 1 of the first way and axis 2 of the second."""
         one, two = self.axes
-        return round(one.gearing.counts(ways[0].angles[0])), round(two.gearing.counts(ways[1].angles[1]))
+        return one.nearest(ways[0].angles[0]), two.nearest(ways[1].angles[1])
 
-    def _travel(self, targets: tuple[int, int], start: Start, timing: Timing) -> tuple[Travel, Travel]:
-        (one, two), (from1, from2), (rate1, rate2) = timing.slew, start.counts, start.rates
+    def _travel(
+        self, targets: tuple[float, float], rates: tuple[float, float], start: Start, timing: Timing
+    ) -> tuple[Travel, Travel]:
+        """Travel of both axes, to end with the target's `rates`, radians per second, where the drive can."""
         shift = timing.latency  # the axes go on at their present rates until the motion begins
-        return (
-            one.travel(from1 + rate1 * shift, targets[0], rate1, 0.0),
-            two.travel(from2 + rate2 * shift, targets[1], rate2, 0.0),
+        one, two = (
+            model.travel(here + before * shift, target, before, rate * axis.gearing.counts_per_radian)
+            for model, here, before, target, rate, axis in zip(
+                timing.slew, start.counts, start.rates, targets, rates, self.axes, strict=True
+            )
         )
+        return one, two
 
     def _assembled(
         self,
         name: str,
         way: _Way,
         sun: Vector,
-        targets: tuple[int, int],
+        targets: tuple[float, float],
         travels: tuple[Travel, Travel],
         start: Start,
         timing: Timing,

@@ -11,10 +11,12 @@ from fractions import Fraction
 from math import radians, remainder
 from typing import Any
 
-from clockdrive import Telescope, VirtualClock, simulators
+from clockdrive import Telescope, VirtualClock
 from clockdrive.commission import SimulatedSky, Stage
 from clockdrive.configuration import load
-from clockdrive.tc410_assembly import park_counts, registers
+from clockdrive.drives.tc410 import kind as tc410
+from clockdrive.drives.tc410.gears import park_counts
+from clockdrive.drives.tc410.registers import registers
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
 from mounts.true_mount import TrueMount
@@ -137,7 +139,7 @@ def mount(folder, truth: Truth, monkeypatch, **overrides):
         return unit
 
     with monkeypatch.context() as patch:
-        patch.setattr(simulators, "tc410", true_unit)
+        patch.setattr(tc410, "simulated", true_unit)
         with Telescope.simulated(clock=VirtualClock(T0), overrides=believed) as scope:
             yield Watched(truth, scope, made[-1])
 

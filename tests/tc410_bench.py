@@ -9,10 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from clockdrive import simulators, tc410_assembly
 from clockdrive.assembly import planner
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
+from clockdrive.drives.tc410.settings import settings as settings_of
 from mounts.deadman import DeadManError
 from mounts.drive import AxisPath, AxisSlew, Reading
 from mounts.tc410.drive import TC410
@@ -96,7 +97,7 @@ class Bench:
         dotted = {name.replace("__", "."): value for name, value in overrides.items()}
         self.configuration = load(None, {}, dotted)
         self.clock = VirtualClock(clock_start)
-        self.unit: SimulatedTC410 = simulators.tc410(self.configuration, clock_start, None)
+        self.unit: SimulatedTC410 = tc410.simulated(self.configuration, clock_start, None)
         self.line = Line(self.unit, self.clock)
         self.planner = planner(self.configuration)
         self.kept: dict[str, Any] = {}
@@ -116,7 +117,7 @@ class Bench:
             lambda: MemoryLink(self.line, self.clock, latency_s=simulator.latency_s, baud=simulator.baud or None),
             self.clock,
         )
-        chosen = replace(tc410_assembly.settings(self.configuration), **settings)
+        chosen = replace(settings_of(self.configuration), **settings)
         return TC410(modbus, chosen, self.kept if memory is None else memory, self.keep)
 
     def keep(self, memory: Mapping[str, object]) -> None:

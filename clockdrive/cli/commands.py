@@ -209,14 +209,14 @@ def run(args: argparse.Namespace) -> None:
 
 def simulate(args: argparse.Namespace) -> None:
     """Host a simulator until interrupted."""
-    from clockdrive import simulators  # noqa: PLC0415 - only here
-    from clockdrive.clock import SystemClock  # noqa: PLC0415 - likewise
+    from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
+    from clockdrive.drives import kind_of  # noqa: PLC0415 - likewise
     from transports.serve import serve  # noqa: PLC0415 - likewise
 
     configuration = configuration_of(args.config)
     clock = SystemClock()
-    device = simulators.tc410(configuration, clock.now(), None)
-    with serve(device, clock, args.listen, baud=configuration.simulator.baud or None) as server:
+    (line,) = kind_of(configuration).simulated(configuration, clock.now(), None).lines
+    with serve(line, clock, args.listen, baud=configuration.simulator.baud or None) as server:
         print(f"clockdrive: simulated {args.kind} at {server.address}; Ctrl-C ends", file=sys.stderr, flush=True)
         while True:
             time.sleep(3600.0)

@@ -197,12 +197,19 @@ def plan_text(answer: Mapping[str, Any]) -> str:
 
 
 def _axis(axis: Mapping[str, Any]) -> str:
-    counts = f"counts {axis['from_counts']} → {axis['target_counts']}" if "from_counts" in axis else "counts"
-    travel = f"travel {axis['travel_s']:.3f} s" if "travel_s" in axis else f"{axis['target_counts']}"
-    return (
-        f"{axis['name']}: {axis['angle_deg']:.5f}°  {counts}  {travel}  "
-        f"then {axis['rate_deg_s']:+.8f}°/s, register {axis['velocity_register']}"
-    )
+    parts = [f"{axis['name']}: {axis['angle_deg']:.5f}°"]
+    if "target_counts" in axis:
+        begun = f"{axis['from_counts']} → " if "from_counts" in axis else ""
+        parts.append(f"counts {begun}{axis['target_counts']}")
+    elif "from_deg" in axis:
+        parts.append(f"drive {axis['from_deg']:.6f}° → {axis['target_deg']:.6f}°")
+    if "travel_s" in axis:
+        parts.append(f"travel {axis['travel_s']:.3f} s")
+    return "  ".join((*parts, f"then {axis['rate_deg_s']:+.8f}°/s{_register(axis)}"))
+
+
+def _register(axis: Mapping[str, Any]) -> str:
+    return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
 
 
 def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:
@@ -239,8 +246,9 @@ def rates_text(answer: Mapping[str, Any]) -> str:
     """Tracking rates as a few lines."""
     lines = [f"{answer['target']} at {answer['utc']}"]
     lines += [
-        f"  {axis['name']}: {axis['angle_deg']:.5f}°  {axis['rate_deg_s']:+.9f}°/s  "
-        f"{axis['rate_counts_s']:+.5f} counts/s  register {axis['velocity_register']}"
+        f"  {axis['name']}: {axis['angle_deg']:.5f}°  {axis['rate_deg_s']:+.9f}°/s"
+        + (f"  {axis['rate_counts_s']:+.5f} counts/s" if "rate_counts_s" in axis else "")
+        + _register(axis)
         for axis in answer["axes"]
     ]
     lines += _notes(answer)

@@ -27,7 +27,7 @@ from transports.link import Clock
 
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
-    from mounts.tc410.simulator import SimulatedTC410
+    from clockdrive.drives.kind import Simulated
     from mounts.true_mount import TrueMount
 
 Ask = Callable[[str], object]  # lets a person know what is wanted
@@ -74,7 +74,7 @@ class SimulatedSky:
 
     Parameters
     ----------
-    device : SimulatedTC410
+    device : Simulated
         The unit.
     gearings : tuple of Gearing
         What its motors really turn.
@@ -85,20 +85,21 @@ class SimulatedSky:
     """
 
     def __init__(
-        self, device: "SimulatedTC410", gearings: tuple[Gearing, Gearing], mount: "TrueMount", clock: Clock
+        self, device: "Simulated", gearings: tuple[Gearing, Gearing], mount: "TrueMount", clock: Clock
     ) -> None:
         self._device, self._gearings, self._mount, self._clock = device, gearings, mount, clock
 
     @classmethod
-    def of(cls, device: "SimulatedTC410", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
+    def of(cls, device: "Simulated", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
         """The embedded simulator, which is built as the configuration says."""
-        from clockdrive.tc410_assembly import gearings  # noqa: PLC0415 - only where a simulator is the witness
+        from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
         from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
 
         worm = 1.0 / float(configuration.axes[0].main_gear)
         latitude = math.radians(configuration.site.latitude_deg)
         mount = TrueMount(configuration.simulator, configuration.mount.type, latitude, worm)
-        return cls(device, gearings(configuration), mount, clock)
+        one, two = (axis.gearing for axis in kind_of(configuration).axes(configuration))
+        return cls(device, (one, two), mount, clock)
 
     def look(self) -> Steps[Sighting]:
         """Ask the unit where it truly is."""
@@ -242,7 +243,7 @@ def witness_of(
     planner: Planner,
     clock: Clock,
     configuration: "Configuration",
-    device: "SimulatedTC410 | None",
+    device: "Simulated | None",
     replies: "queue.SimpleQueue[str]",
     ask: Ask,
 ) -> SkyWitness | None:

@@ -67,6 +67,11 @@ class SimulatedTC410:
 
     # Time ------------------------------------------------------------------------------------------------------
 
+    @property
+    def lines(self) -> "tuple[SimulatedTC410]":
+        """The one line, at whose far end this unit is."""
+        return (self,)
+
     def receive(self, data: bytes, t: float) -> bytes:
         """Take bytes that arrived at POSIX `t`; return the answers."""
         self.advance(t)

@@ -7,7 +7,8 @@ import pytest
 from astropy import units
 from telescope_bench import T0, telescope
 
-from clockdrive.answers import Answer, observed, refusal, utc, velocity_register
+from clockdrive.answers import Answer, observed, refusal, utc
+from clockdrive.figures import velocity_register
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 
 from clockdrive import assembly
 from clockdrive.configuration import load
+from clockdrive.drives import kind_of
 from clockdrive.errors import ConfigurationError
 from pointing.mount import MountType
 
@@ -32,6 +33,7 @@ def test_a_planner_has_what_the_configuration_says(kind, latitude):
 
 
 def test_the_law_of_motion_is_that_of_the_registers():
-    timing = assembly.timing(load(None, {}, {"axis1.acceleration_register": 52, "drive.slew_idle": "per-axis"}))
+    configuration = load(None, {}, {"axis1.acceleration_register": 52, "drive.slew_idle": "per-axis"})
+    timing = kind_of(configuration).timing(configuration)
     assert [model.acceleration for model in timing.slew] == [52, 26]
     assert not timing.together

@@ -16,9 +16,9 @@ from tc410_bench import Beside, bench_beside
 from telescope_bench import ARCSEC_PER_COUNT, CENTRE, DEG_PER_COUNT, telescope
 from waiting import seconds_until
 
-from clockdrive import simulators
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.errors import InputError, Refused
 from clockdrive.service import Service
 from mounts.deadman import DeadManError
@@ -200,7 +200,7 @@ def test_a_slew_under_way_is_not_disturbed():
 def test_an_owner_killed_or_frozen_during_direct_speed_is_survived_by_no_motion(listen, blow, tmp_path):
     clock = SystemClock()
     keys = {"axis1.acceleration_register": 255, "axis1.deceleration_register": 255, "axis1.max_speed_deg_s": 1.0}
-    device = Watched(simulators.tc410(load(None, {}, keys), clock.now(), None), clock)
+    device = Watched(tc410.simulated(load(None, {}, keys), clock.now(), None), clock)
     with serve(device, clock, listen) as server:
         config = tmp_path / "telescope.toml"
         config.write_text(

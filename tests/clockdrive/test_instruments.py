@@ -9,6 +9,7 @@ from telescope_bench import CENTRE, T0, star_at, telescope
 
 from clockdrive import assembly
 from clockdrive.configuration import load
+from clockdrive.drives import kind_of
 from clockdrive.errors import Refused
 from clockdrive.planning import plan_from, rates_at
 from pointing.errors import Unreachable
@@ -180,7 +181,7 @@ def test_on_the_whole_way_of_a_slew_tube_and_origin_keep_sun_and_horizon():
         altitude = math.asin(chance.uniform(math.sin(math.radians(16.0)), 1.0))
         try:
             target = FixedAltAz(chance.uniform(0.0, math.tau), altitude)
-            plan = wide.plan(target, Start(T0, counts), assembly.timing(configuration))
+            plan = wide.plan(target, Start(T0, counts), kind_of(configuration).timing(configuration))
         except Unreachable:
             refused += 1
             continue

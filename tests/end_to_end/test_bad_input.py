@@ -11,11 +11,12 @@ import pytest
 from satellites import NO_DRAG, lines
 from telescope_bench import telescope
 
-from clockdrive import Telescope, simulators
+from clockdrive import Telescope
 from clockdrive.cli import main
 from clockdrive.clock import SystemClock
 from clockdrive.clock_watch import ClockWatch
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.owner import Ownership
 from clockdrive.state_file import FILE_NAME
 from transports.serve import serve
@@ -184,7 +185,7 @@ def test_an_impossible_configuration_is_refused_as_a_whole(case, written, refuse
 
 
 def test_an_encoder_that_the_unit_does_not_detect_is_told_with_its_input_and_the_remedy(written, capsys):
-    unit = simulators.tc410(load(None, {}, {}), SystemClock().now(), None)
+    unit = tc410.simulated(load(None, {}, {}), SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
         file = written(SIM + "[axis1]\nencoder_bits = 16\n[axis2]\nencoder_bits = 14\n", server.address)
         assert main(["-c", file, "status"]) == 0
@@ -296,7 +297,7 @@ def test_another_protocol_at_the_port_is_refused(says, written, refused):
 
 
 def test_a_drive_that_another_client_holds_is_refused(written, refused):
-    unit = simulators.tc410(load(None, {}, {}), SystemClock().now(), None)
+    unit = tc410.simulated(load(None, {}, {}), SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
         host, _, port = server.address.removeprefix("tcp://").rpartition(":")
         with socket.create_connection((host, int(port))) as first:

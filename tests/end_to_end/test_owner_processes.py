@@ -9,10 +9,10 @@ import sys
 
 import pytest
 
-from clockdrive import simulators
 from clockdrive.cli import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
 from transports.serve import serve
 
 NEAR, FAR = "hadec:1,-41", "hadec:40,-41"
@@ -23,7 +23,7 @@ SLOW_DEG_S = 2.0  # from park to FAR it slews for longer than a busy computer ta
 def served(written):
     """A simulated unit served from this process on a TCP port; its true state can be looked at."""
     configuration = load(written("sim:", "unit.toml", speed_deg_s=SLOW_DEG_S), {}, {})
-    unit = simulators.tc410(configuration, SystemClock().now(), None)
+    unit = tc410.simulated(configuration, SystemClock().now(), None)
     with serve(unit, SystemClock(), "tcp://127.0.0.1:0") as server:
         unit.file = written(server.address, speed_deg_s=SLOW_DEG_S)
         yield unit

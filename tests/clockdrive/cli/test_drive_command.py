@@ -12,11 +12,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from clockdrive import simulators
 from clockdrive.cli.backend import backend
 from clockdrive.cli.main import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
 from mounts.tc410.registers import REGISTERS, at, by_name
 from mounts.tc410.upkeep import ACTIONS
 from transports.serve import serve
@@ -62,7 +62,7 @@ def run(capsys, tmp_path):
 def hosted(folder, **more):
     configuration = load(None, {}, {"limits.sun_avoidance_deg": 0.0, **more})
     clock = SystemClock()
-    device = simulators.tc410(configuration, clock.now(), None)
+    device = tc410.simulated(configuration, clock.now(), None)
     with serve(device, clock, "tcp://127.0.0.1:0") as server:
         path = folder / "telescope.toml"
         path.write_text(

@@ -13,8 +13,8 @@ from commission_bench import Truth, mount, random_truth
 from clockdrive.clock import SystemClock
 from clockdrive.commission import steps_of
 from clockdrive.configuration import load
+from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.errors import Refused
-from clockdrive.simulators import tc410
 from mounts.commissioning import Move, Step
 from mounts.tc410.registers import REGISTERS
 from transports.serve import serve
@@ -119,7 +119,7 @@ def test_a_process_killed_with_a_borrowed_register_has_it_given_back_by_the_next
     clock = SystemClock()
     state = tmp_path / "state"
     configuration = load(None, {}, {"state.path": str(state), "axis2.park_deg": -20.0})
-    device = tc410(configuration, clock.now(), None)
+    device = tc410.simulated(configuration, clock.now(), None)
     device.memory.save()
     victim = []
     receive = device.receive

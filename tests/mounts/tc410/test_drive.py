@@ -8,9 +8,9 @@ import re
 import pytest
 from tc410_bench import STEP_ARCSEC, T0, Bench, Beside, OnSky, Straight, bench_beside
 
-from clockdrive import tc410_assembly
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
+from clockdrive.drives.tc410.settings import settings as settings_of
 from mounts.deadman import DeadManError
 from mounts.drive import AxisSlew, Drive
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
@@ -451,8 +451,8 @@ def test_every_readable_register_is_shown_as_a_person_reads_it() -> None:
 )
 def test_counts_synchronised_under_another_configuration_are_not_trusted(changed):
     real = {"drive.link": "tcp://127.0.0.1:10001"}
-    before = tc410_assembly.settings(load(None, {}, real))
-    after = tc410_assembly.settings(load(None, {}, {**real, **changed}))
+    before = settings_of(load(None, {}, real))
+    after = settings_of(load(None, {}, {**real, **changed}))
     nowhere = ModbusAscii(lambda: pytest.fail("nothing is contacted"), VirtualClock(T0))
     memory = {"unsynchronised": "", "position": [8388608.0, 8388608.0], "time": T0}
     kept = TC410(nowhere, before, memory).memory

@@ -1,7 +1,4 @@
-"""What a configuration means for a TC410: the driver's settings and registers.
-
-One table joins the keys that the unit can hold itself to its registers; it is read both ways.
-"""
+"""The keys of a configuration that a TC410 can hold itself, joined to its registers in one table, read both ways."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,11 +7,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
-from mounts.tc410.encoders import Encoder
+from clockdrive.drives.tc410.gears import gearings, park_counts
 from mounts.tc410.input_modes import LOGARITHMIC, MOST_SHIFT
-from mounts.tc410.registers import CENTRE, COUNTS_PER_SECOND, DRIVE_TYPES, by_name, of_axis
-from mounts.tc410.settings import AxisSettings, TC410Settings
-from pointing.gearing import Gearing
+from mounts.tc410.registers import COUNTS_PER_SECOND, DRIVE_TYPES, by_name
 from pointing.mount import MountType
 
 if TYPE_CHECKING:
@@ -22,101 +17,10 @@ if TYPE_CHECKING:
 
 _MAS_PER_DEGREE = 3.6e6
 _TURN_MAS = 360.0 * _MAS_PER_DEGREE
-_LAST_COUNT = 2**24 - 1
-_DEFAULT_BAUD = 9600
 _INWARDS = 0.3  # counts by which an angle is moved outward, so that rounding it inward gives the same register
 _WIDEST_DEG = 720.0
 _FASTEST_DEG_S = 99.0
 _DRIVE_CODES = {name.lower(): code for code, name in DRIVE_TYPES.items()}
-
-
-def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
-    """How the axes of a configuration turn counts into angle."""
-    one, two = (
-        Gearing.of_motor(
-            section.motor_steps,
-            section.main_gear,
-            section.secondary_gear,
-            section.counts_per_step,
-            centre_counts=CENTRE,
-            centre_deg=section.centre_deg,
-            reversed=section.reversed,
-        )
-        for section in configuration.axes
-    )
-    return one, two
-
-
-def settings(configuration: Configuration) -> TC410Settings:
-    """What the driver must know."""
-
-    def axis(index: int) -> AxisSettings:
-        section, gearing = configuration.axes[index], gearings(configuration)[index]
-        ends = sorted(gearing.counts(math.radians(angle)) for angle in (section.min_deg, section.max_deg))
-        return AxisSettings(
-            gearing=gearing,
-            lowest_counts=max(0, math.ceil(ends[0])),
-            highest_counts=min(_LAST_COUNT, math.floor(ends[1])),
-            counts_per_step=section.counts_per_step,
-            encoder=_encoder(configuration, index),
-            expected=tuple(
-                (name.removeprefix(f"axis{index + 1}_"), value)
-                for name, value in _named(configuration)
-                if name.startswith(f"axis{index + 1}_")
-            ),
-        )
-
-    return TC410Settings(
-        axes=(axis(0), axis(1)),
-        position_format=configuration.drive.position_format,
-        slew_idle=configuration.drive.slew_idle,
-        baud=_baud(configuration),
-        meaning=_meaning(configuration),
-        expected=tuple((name, value) for name, value in _named(configuration) if not name.startswith("axis")),
-    )
-
-
-def travel(configuration: Configuration, index: int) -> tuple[float, float]:
-    """Lowest and highest angle of an axis, radians, one count inside what its soft limit registers can hold.
-
-    The registers keep the 16 most significant bits, rounded inward: up to 3.9′ of the configured travel is not had.
-    """
-    axis = settings(configuration).axes[index]
-    low, high = of_axis(index + 1, "negative_limit"), of_axis(index + 1, "positive_limit")
-    inside = low.decode(low.encode(axis.lowest_counts)) + 1, high.decode(high.encode(axis.highest_counts)) - 1
-    one, two = sorted(axis.gearing.angle(counts) for counts in inside)
-    return one, two
-
-
-def _meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
-    axes = (f"{gear.step_deg} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
-    site = configuration.site
-    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
-
-
-def _encoder(configuration: Configuration, index: int) -> Encoder | None:
-    section, gearing = configuration.axes[index], gearings(configuration)[index]
-    if not section.encoder_bits:
-        return None
-    return Encoder(
-        bits=section.encoder_bits,
-        counts_per_turn=360.0 / gearing.step_deg_float,
-        zero=section.encoder_zero,
-        zero_counts=CENTRE if section.encoder_zero_at == "centre" else 0,
-        reversed=section.encoder_reversed,
-    )
-
-
-def park_counts(configuration: Configuration) -> tuple[int, int]:
-    """Where the axes stand when parked."""
-    one, two = (
-        round(gearing.counts(math.radians(section.park_deg)))
-        for gearing, section in zip(gearings(configuration), configuration.axes, strict=True)
-    )
-    return one, two
 
 
 def registers(configuration: Configuration) -> dict[str, float]:
@@ -266,7 +170,7 @@ def _axis_keys_of(i: int) -> Sequence[_Key]:
 _KEYS = (*_general_keys(), *_axis_keys_of(0), *_axis_keys_of(1))
 
 
-def _named(configuration: Configuration) -> list[tuple[str, float]]:
+def named(configuration: Configuration) -> list[tuple[str, float]]:
     """Return the registers that somebody has configured, rather than left to the unit or to a default."""
     return [
         (key.register, key.to_register(configuration))
@@ -340,14 +244,3 @@ def _slows(gears: Iterable[tuple[int, int]]) -> bool:
     for multiplier, divisor in gears:
         product *= multiplier / divisor if divisor else 0.0
     return 0.0 < product < 1.0
-
-
-def _baud(configuration: Configuration) -> int | None:
-    """Return the speed of the line, where it is a serial one."""
-    link = configuration.drive.link
-    if configuration.simulated:
-        return configuration.simulator.baud or None
-    if link.startswith("tcp:"):
-        return None
-    _, _, options = link.partition("baud=")
-    return int(options) if options else _DEFAULT_BAUD

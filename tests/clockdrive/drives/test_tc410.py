@@ -5,10 +5,12 @@ import math
 import pytest
 from telescope_bench import T0
 
-from clockdrive import simulators
 from clockdrive.clock import VirtualClock
 from clockdrive.configuration import load
-from clockdrive.tc410_assembly import completed_from, gearings, keys_from, park_counts, registers, settings
+from clockdrive.drives.tc410 import kind as tc410
+from clockdrive.drives.tc410.gears import gearings, park_counts
+from clockdrive.drives.tc410.registers import completed_from, keys_from, registers
+from clockdrive.drives.tc410.settings import settings
 from mounts.tc410.unit import Unit
 from transports.memory import MemoryLink
 from transports.modbus_ascii import ModbusAscii
@@ -59,7 +61,7 @@ def test_soft_limits_lie_within_the_angles_allowed(configuration):
 
 
 def test_a_unit_gives_back_what_was_configured(configuration):
-    unit = simulators.tc410(configuration, T0, None)
+    unit = tc410.simulated(configuration, T0, None)
     clock = VirtualClock(T0)
     found = keys_from(Unit(ModbusAscii(lambda: MemoryLink(unit, clock), clock)))
     plain = load(None, {}, {"drive.link": "tcp://127.0.0.1:1"})
@@ -76,7 +78,7 @@ def test_a_unit_gives_back_what_was_configured(configuration):
 
 def test_the_units_top_speed_is_told_by_the_gears_in_force(configuration):
     """The register counts motor steps: with configured gears half as long it is half the speed."""
-    unit = simulators.tc410(configuration, T0, None)
+    unit = tc410.simulated(configuration, T0, None)
     clock = VirtualClock(T0)
     host = Unit(ModbusAscii(lambda: MemoryLink(unit, clock), clock))
     shorter = f"1/{2 * configuration.axes[0].main_gear.denominator}"
@@ -88,5 +90,5 @@ def test_the_units_top_speed_is_told_by_the_gears_in_force(configuration):
 
 
 def test_a_new_simulator_stands_at_park(configuration):
-    unit = simulators.tc410(configuration, T0, None)
+    unit = tc410.simulated(configuration, T0, None)
     assert (round(unit.true_position(1)), round(unit.true_position(2))) == park_counts(configuration)

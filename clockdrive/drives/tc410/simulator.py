@@ -1,4 +1,4 @@
-"""The drive simulators, made from a configuration: embedded for the link `sim:`, or hosted for others."""
+"""A simulated TC410, made from a configuration."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -6,7 +6,8 @@ from fractions import Fraction
 
 from clockdrive.configuration import Configuration
 from clockdrive.configuration_sections import AxisSection
-from clockdrive.tc410_assembly import park_counts, registers
+from clockdrive.drives.tc410.gears import park_counts
+from clockdrive.drives.tc410.registers import registers
 from mounts.tc410.encoders import TURN
 from mounts.tc410.registers import CENTRE
 from mounts.tc410.simulator import SimulatedTC410
@@ -47,30 +48,3 @@ def _hardware(configuration: Configuration, index: int) -> AxisHardware:
 
 def _counts_per_turn(section: AxisSection) -> Fraction:
     return section.motor_steps * section.counts_per_step / (section.main_gear * section.secondary_gear)
-
-
-def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
-    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
-    return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}
-
-
-class NobodyBeside:
-    """In place of a dead-man process for an embedded simulator, which ends with its owner."""
-
-    fate = ""
-
-    def start(self) -> None:
-        """Nobody starts."""
-
-    def arm(self) -> None:
-        """Nobody will act."""
-
-    def beat(self) -> bool:
-        """Nobody needs a sign of life."""
-        return True
-
-    def disarm(self) -> None:
-        """Nobody would have acted."""
-
-    def close(self) -> None:
-        """Nobody ends."""

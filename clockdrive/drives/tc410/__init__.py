@@ -1,0 +1,1 @@
+"""The TC410: what a configuration means for it."""

@@ -1,0 +1,33 @@
+"""How the axes of a configuration turn a TC410's counts into angle."""
+
+import math
+
+from clockdrive.configuration import Configuration
+from mounts.tc410.registers import CENTRE
+from pointing.gearing import Gearing
+
+
+def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
+    """How the axes of a configuration turn counts into angle."""
+    one, two = (
+        Gearing.of_motor(
+            section.motor_steps,
+            section.main_gear,
+            section.secondary_gear,
+            section.counts_per_step,
+            centre_counts=CENTRE,
+            centre_deg=section.centre_deg,
+            reversed=section.reversed,
+        )
+        for section in configuration.axes
+    )
+    return one, two
+
+
+def park_counts(configuration: Configuration) -> tuple[int, int]:
+    """Where the axes stand when parked."""
+    one, two = (
+        round(gearing.counts(math.radians(section.park_deg)))
+        for gearing, section in zip(gearings(configuration), configuration.axes, strict=True)
+    )
+    return one, two

@@ -1,0 +1,54 @@
+"""The figures of an axis in the words of its drive: counts and registers, or degrees."""
+
+import math
+from typing import Any
+
+from mounts.tc410.registers import COUNTS_PER_SECOND
+from pointing.plan import Axis, AxisPlan
+
+
+def velocity_register(counts_s: float) -> int:
+    """The TC410's velocity register nearest to a rate."""
+    return round(counts_s / COUNTS_PER_SECOND)
+
+
+def place(axis: Axis, angle: float, name: str = "target") -> dict[str, Any]:
+    """Where an angle, radians, lies in the drive's units: `target_counts`, or `target_deg` of a drive in degrees."""
+    return _counted(axis, axis.nearest(angle), name)
+
+
+def planned(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
+    """What an axis does in a plan."""
+    return {
+        "name": axis.name,
+        "angle_deg": math.degrees(plan.angle),
+        **_counted(axis, plan.from_counts, "from"),
+        **_counted(axis, plan.target_counts, "target"),
+        "travel_s": plan.travel.duration,
+        "rate_deg_s": math.degrees(plan.rate),
+        **register(axis, plan.rate),
+    }
+
+
+def tracked(axis: Axis, angle: float, rate: float) -> dict[str, Any]:
+    """How an axis moves when it tracks at an angle, radians, with a rate, radians per second."""
+    return {
+        "name": axis.name,
+        "angle_deg": math.degrees(angle),
+        "rate_deg_s": math.degrees(rate),
+        **({} if axis.units == "degrees" else {"rate_counts_s": rate * axis.gearing.counts_per_radian}),
+        **register(axis, rate),
+    }
+
+
+def register(axis: Axis, rate: float) -> dict[str, int]:
+    """The drive's register for a rate, radians per second, where it has one."""
+    return (
+        {"velocity_register": velocity_register(rate * axis.gearing.counts_per_radian)}
+        if axis.units == "counts"
+        else {}
+    )
+
+
+def _counted(axis: Axis, counts: float, name: str) -> dict[str, Any]:
+    return {f"{name}_deg": counts} if axis.units == "degrees" else {f"{name}_counts": round(counts)}
