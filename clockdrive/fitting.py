@@ -185,11 +185,15 @@ def compare_models(paths: Sequence[str]) -> dict[str, Any]:
     InputError
         There is only one.
     PointingError
-        One cannot be read.
+        One cannot be read, or they are of different mounts.
     """
     if len(paths) < 2:
         raise InputError(f"{paths[0]} alone: name two or more model files to compare")
-    tables = [{row.name: row for row in read_model_file(path).rows} for path in paths]
+    files = [read_model_file(path) for path in paths]
+    kind_of(
+        ModelFile("together", rows=tuple(row for file in files for row in file.rows)), "a comparison of these models"
+    )
+    tables = [{row.name: row for row in file.rows} for file in files]
     names = list(dict.fromkeys(name for table in tables for name in table))
     return {
         "ok": True,

@@ -346,3 +346,10 @@ def test_models_are_compared_in_units_of_their_sigmas(run, answer, models):
     assert "+16.000″ (+4.2σ)" in out
     assert "absent" in out
     assert answer("model", "compare", models / "one.mod")[0] == 2
+
+
+def test_models_of_different_mounts_are_not_compared(answer, models):
+    write_model_file(ModelFile("equatorial", rows=(ModelRow("IH", 1.0), ModelRow("TF", 1.0))), models / "eq.mod")
+    code, found = answer("model", "compare", models / "one.mod", models / "eq.mod")
+    assert code == 1
+    assert "a comparison of these models is for no mount" in found["reason"]
