@@ -354,6 +354,8 @@ _SIMULATOR = (
     Key("simulator", "backlash_arcsec", "number", 0.0, "dead travel on reversing", "arcsec", 0, 3600),
     Key("simulator", "encoder_noise_arcsec", "number", 0.0, "standard deviation of an encoder reading", "arcsec", 0,
         3600),
+    Key("simulator", "sky_noise_arcsec", "number", 0.0, "how far off a look at the true sky is, root mean square",
+        "arcsec", 0, 3600),
     Key("simulator", "acceleration_error", "number", 0.0, "fraction by which it accelerates off its register", "",
         -0.5, 0.5),
     Key("simulator", "landing_s", "number", 0.0, "slow creep at the end of a slew", "s", 0, 60),

@@ -129,6 +129,7 @@ class SimulatorSection:
     periodic_error_arcsec: float
     backlash_arcsec: float
     encoder_noise_arcsec: float
+    sky_noise_arcsec: float
     acceleration_error: float
     landing_s: float
     clock_drift_ppm: float

@@ -14,8 +14,36 @@ from types import TracebackType
 from typing import Any, Self
 
 from clockdrive.event_log import EventLog
-from clockdrive.state_file import StateFile
+from clockdrive.state_file import Kind, StateFile
 
+FILE_NAME = "state.sqlite3"
+_SCHEMA = """
+CREATE TABLE positions (
+    telescope TEXT PRIMARY KEY, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
+    uncertainty1 REAL NOT NULL, uncertainty2 REAL NOT NULL, unsynchronised TEXT NOT NULL);
+CREATE TABLE synchronisations (
+    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
+    uncertainty_arcsec REAL NOT NULL, origin TEXT NOT NULL);
+CREATE TABLE corrections (
+    telescope TEXT NOT NULL, name TEXT NOT NULL, value REAL NOT NULL, unit TEXT NOT NULL, origin TEXT NOT NULL,
+    time REAL NOT NULL, PRIMARY KEY (telescope, name));
+CREATE TABLE notes (
+    telescope TEXT NOT NULL, name TEXT NOT NULL, json TEXT NOT NULL, time REAL NOT NULL,
+    PRIMARY KEY (telescope, name));
+CREATE TABLE events (
+    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+    json TEXT NOT NULL);
+CREATE INDEX synchronisations_by_telescope ON synchronisations (telescope, id);
+CREATE INDEX events_by_telescope ON events (telescope, id);
+"""
+_KIND = Kind(
+    FILE_NAME,
+    0x436C6B44,  # "ClkD"
+    1,
+    _SCHEMA,
+    "state store",
+    "the telescope is then unsynchronised until `clockdrive sync`",
+)
 _KEPT_EVENTS = 10_000
 
 
@@ -90,7 +118,7 @@ class StateStore:
 
     def __init__(self, directory: Path, telescope: str) -> None:
         self.telescope = telescope
-        self._file = StateFile(directory)
+        self._file = StateFile(directory, _KIND)
         self.log = EventLog(directory, telescope)
         try:
             self._forget_old_events()

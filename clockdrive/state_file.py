@@ -1,4 +1,4 @@
-"""The SQLite file behind the state store: opened with care, every error of SQLite a sentence with the remedy.
+"""The SQLite files in the state directory: opened with care, every error of SQLite a sentence with the remedy.
 
 A write-ahead log keeps the last complete transaction whatever ends the process; `durable` transactions are also on
 the disk when they end, which costs a few milliseconds.
@@ -8,37 +8,48 @@ import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from clockdrive.errors import StateError
 
-FILE_NAME = "state.sqlite3"
-_APPLICATION = 0x436C6B44  # "ClkD" in the header of the file
-_VERSION = 1
-_SCHEMA = """
-CREATE TABLE positions (
-    telescope TEXT PRIMARY KEY, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
-    uncertainty1 REAL NOT NULL, uncertainty2 REAL NOT NULL, unsynchronised TEXT NOT NULL);
-CREATE TABLE synchronisations (
-    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, counts1 REAL NOT NULL, counts2 REAL NOT NULL,
-    uncertainty_arcsec REAL NOT NULL, origin TEXT NOT NULL);
-CREATE TABLE corrections (
-    telescope TEXT NOT NULL, name TEXT NOT NULL, value REAL NOT NULL, unit TEXT NOT NULL, origin TEXT NOT NULL,
-    time REAL NOT NULL, PRIMARY KEY (telescope, name));
-CREATE TABLE notes (
-    telescope TEXT NOT NULL, name TEXT NOT NULL, json TEXT NOT NULL, time REAL NOT NULL,
-    PRIMARY KEY (telescope, name));
-CREATE TABLE events (
-    id INTEGER PRIMARY KEY, telescope TEXT NOT NULL, time REAL NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
-    json TEXT NOT NULL);
-CREATE INDEX synchronisations_by_telescope ON synchronisations (telescope, id);
-CREATE INDEX events_by_telescope ON events (telescope, id);
-"""
+
+@dataclass(frozen=True)
+class Kind:
+    """What a file is for.
+
+    Parameters
+    ----------
+    file_name : str
+        In the state directory.
+    application, version : int
+        In the header of the file.
+    schema : str
+        Statements that make an empty one, parted by `;` and a line end.
+    name : str
+        What people call it.
+    loss : str
+        What it means to go on without it.
+    """
+
+    file_name: str
+    application: int
+    version: int
+    schema: str
+    name: str
+    loss: str
 
 
 class StateFile:
     """One open database; safe to use from several threads, beside other processes.
+
+    Parameters
+    ----------
+    directory : Path
+        The state directory; made when it does not exist.
+    kind : Kind
+        What the file is for.
 
     Raises
     ------
@@ -46,8 +57,9 @@ class StateFile:
         Here and from every method: the file cannot be read or written; the text says what to do.
     """
 
-    def __init__(self, directory: Path) -> None:
-        self.path = directory / FILE_NAME
+    def __init__(self, directory: Path, kind: Kind) -> None:
+        self._kind = kind
+        self.path = directory / kind.file_name
         self._lock = threading.RLock()
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -73,18 +85,19 @@ class StateFile:
             self._database.execute("PRAGMA journal_mode = WAL")
         with self.transaction(durable=True):
             if self._pragma("user_version") == 0:
-                for statement in _SCHEMA.split(";\n"):
+                for statement in self._kind.schema.split(";\n"):
                     self.execute(statement)
-                self.execute(f"PRAGMA application_id = {_APPLICATION}")
-                self.execute(f"PRAGMA user_version = {_VERSION}")
+                self.execute(f"PRAGMA application_id = {self._kind.application}")
+                self.execute(f"PRAGMA user_version = {self._kind.version}")
 
     def _refuse_foreign(self) -> None:
         tables = self.rows("SELECT count(*) FROM sqlite_master")[0][0]
         application, version = self._pragma("application_id"), self._pragma("user_version")
-        if application != _APPLICATION and (tables or version or application):
+        if application != self._kind.application and (tables or version or application):
             raise self.unusable("it belongs to another program")
-        if version > _VERSION:
-            text = f"{self.path} is of version {version}, and this Clockdrive knows {_VERSION}: update Clockdrive"
+        known = self._kind.version
+        if version > known:
+            text = f"{self.path} is of version {version}, and this Clockdrive knows {known}: update Clockdrive"
             raise StateError(text)
         with self._translated():
             found = self._database.execute("PRAGMA quick_check(1)").fetchone()[0]
@@ -133,9 +146,9 @@ class StateFile:
                 f"a record for {self.path} is incomplete: {error}; every number in it must be finite"
             ) from error
         except sqlite3.ProgrammingError as error:
-            raise StateError(f"the state store {self.path} is closed: open it again") from error
+            raise StateError(f"the {self._kind.name} {self.path} is closed: open it again") from error
         except sqlite3.OperationalError as error:
-            text = f"the state store {self.path} cannot be used: {error}; {_remedy(str(error))}"
+            text = f"the {self._kind.name} {self.path} cannot be used: {error}; {_remedy(str(error))}"
             raise StateError(text) from error
         except sqlite3.DatabaseError as error:
             raise self.unusable(str(error)) from error
@@ -143,8 +156,8 @@ class StateFile:
     def unusable(self, why: str) -> StateError:
         """The error of a file that must be moved away."""
         return StateError(
-            f"{self.path} is not a state store that can be used: {why}. Move it away (a new one is made; the "
-            "telescope is then unsynchronised until `clockdrive sync`), or set [state] path to another folder"
+            f"{self.path} is not a {self._kind.name} that can be used: {why}. Move it away (a new one is made; "
+            f"{self._kind.loss}), or set [state] path to another folder"
         )
 
 

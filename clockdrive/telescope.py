@@ -60,9 +60,11 @@ from pointing.targets import Target
 if TYPE_CHECKING:
     from astropy.io.fits import Header
 
-    from clockdrive.commission import SkyWitness, Stage
+    from clockdrive.commission import Stage
     from clockdrive.drives.kind import Simulated
     from clockdrive.planning import TargetLike, TimeLike
+    from clockdrive.true_sky import SimulatedSky
+    from clockdrive.witness import SkyWitness
     from mounts.commissioning import Finding
     from transports.link import Clock
     from transports.memory import Device
@@ -112,6 +114,7 @@ class Telescope:
         self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._kept_at = -math.inf
         self._device: Simulated | None = None
+        self._true_sky: SimulatedSky | None = None
         self._line = line
         identity = configuration.identity
         self.ownership = Ownership(
@@ -377,8 +380,17 @@ class Telescope:
 
     @property
     def simulator(self) -> "Simulated | None":
-        """The embedded simulator, to be asked where it really points."""
+        """The embedded simulator, to be asked what it really does."""
         return self._device
+
+    @property
+    def true_sky(self) -> "SimulatedSky | None":
+        """The sky over the embedded simulator, which knows where it really points and has its knobs."""
+        if self._true_sky is None and self._device is not None:
+            from clockdrive.true_sky import SimulatedSky  # noqa: PLC0415 - only where a simulator is asked
+
+            self._true_sky = SimulatedSky.of(self._device, self.configuration, self.clock)
+        return self._true_sky
 
     # Correcting ------------------------------------------------------------------------------------------------
 
@@ -500,19 +512,21 @@ class Telescope:
         ask : callable
             Asks the person for a place, for the witness `typed`; `reply` answers.
         """
-        from clockdrive.commission import Commissioning, witness_of  # noqa: PLC0415 - seldom needed
+        from clockdrive.commission import Commissioning  # noqa: PLC0415 - seldom needed
 
-        session = self._session
-        seer = (
-            witness_of(witness, session.planner, self.clock, self.configuration, self._device, self._replies, ask)
-            if isinstance(witness, str)
-            else witness
-        )
-        return self._perform(Commissioning(session, self.configuration, seer, written).run(only, watch))
+        seer = self._witness(witness, ask)
+        return self._perform(Commissioning(self._session, self.configuration, seer, written).run(only, watch))
 
     def reply(self, text: str) -> None:
         """Answer what `commission` has asked."""
         self._replies.put(text)
+
+    def _witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness | None":
+        if not isinstance(witness, str):
+            return witness
+        from clockdrive.witness import witness_of  # noqa: PLC0415 - seldom needed
+
+        return witness_of(witness, self._session.planner, self.clock, self.true_sky, self._replies, ask)
 
     # Leaving ---------------------------------------------------------------------------------------------------
 

@@ -12,11 +12,12 @@ from math import radians, remainder
 from typing import Any
 
 from clockdrive import Telescope, VirtualClock
-from clockdrive.commission import SimulatedSky, Stage
+from clockdrive.commission import Stage
 from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.drives.tc410.gears import park_counts
 from clockdrive.drives.tc410.registers import registers
+from clockdrive.true_sky import SimulatedSky
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
 from mounts.true_mount import TrueMount

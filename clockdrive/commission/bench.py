@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from clockdrive.commission.witness import Sighting, SkyWitness, WitnessError
 from clockdrive.configuration import Configuration
 from clockdrive.control import Steps
 from clockdrive.errors import Refused
 from clockdrive.session import Session
 from clockdrive.state import Activity
+from clockdrive.witness import Sighting, SkyWitness, WitnessError
 from mounts.commissioning import Encoder, Move, Step
 from mounts.drive import AxisSlew, Drive, Reading
 from pointing.errors import Unreachable

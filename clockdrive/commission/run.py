@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 from clockdrive.commission.bench import CommissioningBench, Impossible
 from clockdrive.commission.steps import FIRST, LAST
-from clockdrive.commission.witness import SkyWitness, WitnessError
 from clockdrive.configuration import Configuration
 from clockdrive.control import Steps
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.session import Session
 from clockdrive.state import Event
+from clockdrive.witness import SkyWitness, WitnessError
 from mounts.commissioning import BACK, Finding, Step
 from mounts.errors import DriveError
 from pointing.errors import Unreachable

@@ -7,9 +7,8 @@ from dataclasses import replace
 import pytest
 from commission_bench import TrueAxis, Truth, mount
 
-from clockdrive.commission import CommandWitness
-from clockdrive.commission.witness import WitnessError
 from clockdrive.errors import InputError, Refused
+from clockdrive.witness import CommandWitness, WitnessError
 
 
 def by_subject(findings):
@@ -210,7 +209,7 @@ def solved(watched, command, patience_s=180.0, *, ends=True):
         return started[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("clockdrive.commission.witness.subprocess.Popen", start)
+        patch.setattr("clockdrive.witness.subprocess.Popen", start)
         while True:
             try:
                 next(steps)

@@ -18,7 +18,6 @@ from clockdrive import parse
 from clockdrive.control import Steps
 from clockdrive.errors import ClockdriveError
 from pointing.errors import TargetError
-from pointing.gearing import Gearing
 from pointing.instant import Instant
 from pointing.planner import Planner
 from pointing.targets import Target
@@ -26,16 +25,13 @@ from pointing.vectors import Vector
 from transports.link import Clock
 
 if TYPE_CHECKING:
-    from clockdrive.configuration import Configuration
-    from clockdrive.drives.kind import Simulated
-    from mounts.true_mount import TrueMount
+    from clockdrive.true_sky import SimulatedSky
 
 Ask = Callable[[str], object]  # lets a person know what is wanted
 WITNESSES = ("encoders", "simulator", "command:PROGRAM", "typed")
 _PERIOD_S = 0.1
 _SOLVER_ARCSEC = 10.0
 _TYPED_ARCSEC = 30.0
-_SIMULATOR_ARCSEC = 0.5
 _PATIENCE_S = 180.0  # for a plate solver
 _LONG_PATIENCE_S = 3600.0  # for a person
 _SHOWN = 120
@@ -67,49 +63,6 @@ class SkyWitness(Protocol):
             It cannot be told; says why.
         """
         ...
-
-
-class SimulatedSky:
-    """The true sky of a simulated unit: its true positions, through the true gears and the true mount.
-
-    Parameters
-    ----------
-    device : Simulated
-        The unit.
-    gearings : tuple of Gearing
-        What its motors really turn.
-    mount : TrueMount
-        What the axes really point at.
-    clock : Clock
-        The time.
-    """
-
-    def __init__(
-        self, device: "Simulated", gearings: tuple[Gearing, Gearing], mount: "TrueMount", clock: Clock
-    ) -> None:
-        self._device, self._gearings, self._mount, self._clock = device, gearings, mount, clock
-
-    @classmethod
-    def of(cls, device: "Simulated", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
-        """The embedded simulator, which is built as the configuration says."""
-        from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
-        from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
-
-        worm = 1.0 / float(configuration.axes[0].main_gear)
-        latitude = math.radians(configuration.site.latitude_deg)
-        mount = TrueMount(configuration.simulator, configuration.mount.type, latitude, worm)
-        one, two = (axis.gearing for axis in kind_of(configuration).axes(configuration))
-        return cls(device, (one, two), mount, clock)
-
-    def look(self) -> Steps[Sighting]:
-        """Ask the unit where it truly is."""
-        yield 0.0
-        now = self._clock.now()
-        self._device.advance(now)
-        one, two = (
-            gearing.angle(self._device.true_position(axis)) for axis, gearing in enumerate(self._gearings, start=1)
-        )
-        return Sighting(self._mount.turn(one, two), now, _SIMULATOR_ARCSEC)
 
 
 class CommandWitness:
@@ -242,8 +195,7 @@ def witness_of(
     name: str,
     planner: Planner,
     clock: Clock,
-    configuration: "Configuration",
-    device: "Simulated | None",
+    sky: "SimulatedSky | None",
     replies: "queue.SimpleQueue[str]",
     ask: Ask,
 ) -> SkyWitness | None:
@@ -258,7 +210,7 @@ def witness_of(
     if kind == "encoders" and not program:
         return None
     if kind == "simulator" and not program:
-        if device is None:
+        if sky is None:
             raise WitnessError(
                 "the witness `simulator` is there for the link sim: only; use command:PROGRAM or typed"
             )
@@ -267,7 +219,7 @@ def witness_of(
                 f"the simulator sees along the tube, and targets are put "
                 f"{math.degrees(planner.mount.origin_distance):.3f}° beside it: choose an instrument at 0, 0 first"
             )
-        return SimulatedSky.of(device, configuration, clock)
+        return sky
     if kind == "command" and program.strip():
         return CommandWitness(program, planner, clock)
     if kind == "typed" and not program:
