@@ -10,6 +10,7 @@ import pytest
 
 from clockdrive.errors import StateError
 from clockdrive.state import (
+    FILE_NAME,
     Activity,
     Correction,
     Event,
@@ -17,7 +18,6 @@ from clockdrive.state import (
     StateStore,
     Synchronisation,
 )
-from clockdrive.state_file import FILE_NAME
 
 WRITER = """
 import sys, pathlib

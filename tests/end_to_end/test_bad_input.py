@@ -18,7 +18,7 @@ from clockdrive.clock_watch import ClockWatch
 from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.owner import Ownership
-from clockdrive.state_file import FILE_NAME
+from clockdrive.state import FILE_NAME
 from transports.serve import serve
 
 SIM = '[site]\nlatitude_deg = -42.4\nlongitude_deg = 173.7\n[drive]\nkind = "tc410"\nlink = "{link}"\n'
