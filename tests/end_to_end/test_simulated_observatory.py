@@ -11,6 +11,7 @@ import random
 import pytest
 from telescope_bench import QUICK, star_at, telescope
 
+from clockdrive.telescope import nobody
 from mounts.true_mount import TrueMount, separation_arcsec
 from pointing.instant import Instant
 
@@ -81,7 +82,7 @@ class Blind:
 
     def driven(self, star, posture):
         scope, session = self.scope, self.session
-        scope._perform(scope._slewing.goto(star, lambda progress: None, posture=posture))
+        scope._perform(scope._slewing.goto(star, nobody, posture=posture))
         sighting = scope._perform(scope.true_sky.look())
         session.poll()
         counts = session.history.counts(sighting.time)
