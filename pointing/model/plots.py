@@ -192,7 +192,7 @@ def plot_error_map(error_map: "ErrorMap", ax: "Axes | None" = None) -> "Axes":
     filled = ax.contourf(x, y, sigma, levels=10, cmap="viridis")
     bar = ax.figure.colorbar(filled, ax=ax)
     bar.set_label("σ of the place, ″")
-    _horizon(ax)
+    _horizon(ax, over=True)
     ax.set_title("predicted error", fontsize="medium")
     return ax
 
@@ -339,13 +339,13 @@ def _south_azimuth(place: Place) -> Array:
     return np.asarray(place.angle("A")[0])
 
 
-def _horizon(ax: "Axes") -> None:
-    """Circles of elevation and the points of the compass; no frame."""
+def _horizon(ax: "Axes", *, over: bool = False) -> None:
+    """Circles of elevation and the points of the compass, under what is drawn or over it; no frame."""
     angle = np.linspace(0.0, math.tau, 181)
     for elevation in (0.0, 30.0, 60.0):
-        radius = 90.0 - elevation
-        ax.plot(radius * np.sin(angle), radius * np.cos(angle), color="grey", linewidth=0.5, zorder=0)
-        ax.annotate(f"{elevation:.0f}°", (0.0, -radius), fontsize="small", color="grey")
+        radius, colour = 90.0 - elevation, "white" if over and elevation else "grey"
+        ax.plot(radius * np.sin(angle), radius * np.cos(angle), color=colour, linewidth=0.5, zorder=3 * over)
+        ax.annotate(f"{elevation:.0f}°", (0.0, -radius), fontsize="small", color=colour)
     for name, x, y in (("N", 0, 97), ("E", 97, 0), ("S", 0, -97), ("W", -97, 0)):
         ax.annotate(name, (x, y), ha="center", va="center")
     ax.set(xlim=(-103.0, 103.0), ylim=(-103.0, 103.0), aspect="equal")
