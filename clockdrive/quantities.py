@@ -20,7 +20,9 @@ from pointing.site import Site
 
 def moment(time: ArrayLike) -> Time:
     """POSIX seconds as UTC."""
-    return Time(time, format="unix", scale="utc")
+    found = Time(time, format="unix", scale="utc")
+    found.format = "isot"
+    return found
 
 
 def angles(radians: Sequence[float]) -> Quantity:
