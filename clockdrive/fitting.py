@@ -130,7 +130,18 @@ def fit_file(path: str | Path, wanted: Wanted) -> Fitted:
     PointingError
         The run cannot be read or a fit of it would mean nothing; the text says what is wrong and what to do.
     """
-    run = read_run(path, places=wanted.places, weather=wanted.weather).masked(wanted.mask)
+    return fit_run(read_run(path, places=wanted.places, weather=wanted.weather), wanted)
+
+
+def fit_run(run: PointingRun, wanted: Wanted) -> Fitted:
+    """Look for the faults of a run, and fit it.
+
+    Raises
+    ------
+    PointingError
+        As for `fit_file`.
+    """
+    run = run.masked(wanted.mask)
     names = wanted.terms or DEFAULT_TERMS[run.mount]
     findings = diagnose(run, 2 if wanted.auto else max(len(terms(names, run.mount)) - len(wanted.fixed), 1))
     refused = [str(each) for each in findings if each.severity == "refuse"]

@@ -82,8 +82,10 @@ class Slewing:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def goto(self, target: Target, report: Report, ahead: PassPlan | None = None) -> Steps[Arrival]:
-        """Slew to a target and track it; slew again only when the first did not hit.
+    def goto(
+        self, target: Target, report: Report, ahead: PassPlan | None = None, posture: Posture | None = None
+    ) -> Steps[Arrival]:
+        """Slew to a target and track it, in a posture or in the best; slew again only when the first did not hit.
 
         A fast target that is not up yet is waited for where its pass, `ahead`, begins.
 
@@ -97,7 +99,7 @@ class Slewing:
         session.poll()
         if ahead is not None:
             yield from self._wait_for(target, ahead, report)
-        return (yield from self._reach(target, report, None if ahead is None else ahead.posture))
+        return (yield from self._reach(target, report, posture if ahead is None else ahead.posture))
 
     def flip(self, report: Report) -> Steps[Arrival]:
         """Take up the target in the other posture, by a safe way, and go on tracking it.

@@ -64,10 +64,15 @@ if TYPE_CHECKING:
 
     from clockdrive.commission import Stage
     from clockdrive.drives.kind import Simulated
+    from clockdrive.observing import RunProgress
     from clockdrive.planning import TargetLike, TimeLike
+    from clockdrive.pointing_runs import PointingRuns
+    from clockdrive.run_report import RunReport
     from clockdrive.true_sky import SimulatedSky
     from clockdrive.witness import SkyWitness
     from mounts.commissioning import Finding
+    from pointing.model.fitted import Fit
+    from pointing.model.pointing_model import PointingModel
     from transports.link import Clock
     from transports.memory import Device
 
@@ -117,6 +122,7 @@ class Telescope:
         self._kept_at = -math.inf
         self._device: Simulated | None = None
         self._true_sky: SimulatedSky | None = None
+        self._runs: PointingRuns | None = None
         self._line = line
         identity = configuration.identity
         self.ownership = Ownership(
@@ -496,6 +502,83 @@ class Telescope:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""
         self._control.call(lambda: self._session.power(on=on))
 
+    # Pointing runs ---------------------------------------------------------------------------------------------
+
+    @property
+    def runs(self) -> "PointingRuns":
+        """The pointing runs that are kept of this telescope."""
+        from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+
+        if self._runs is None:
+            self._runs = PointingRuns.of(self.configuration)
+        return self._runs
+
+    def pointing_run(
+        self,
+        stars: int = 50,
+        witness: "str | SkyWitness" = "simulator",
+        *,
+        name: str | None = None,
+        resume: bool = False,
+        append: bool = False,
+        bright: bool = False,
+        settle_s: float = 1.0,
+        watch: "Callable[[RunProgress], object]" = lambda progress: None,  # noqa: ARG005 - nobody watches
+        ask: Callable[[str], object] = print,
+    ) -> "RunReport":
+        """Look at stars all over the reachable sky, keep where the telescope really pointed, and fit that.
+
+        Parameters
+        ----------
+        stars : int
+            How many; not asked for a run that is resumed.
+        witness : str or SkyWitness
+            Who tells where the telescope points: `simulator`, `command:PROGRAM`, `typed`.
+        name : str, optional
+            Of the run; by default the moment at which it begins, or the newest to resume or append to.
+        resume, append : bool
+            Go on with a run that was interrupted; add stars to a run, on another night as well.
+        bright : bool
+            Go to bright stars, for a witness that must see one; by default to places of the sky.
+        settle_s : float
+            Between the arrival and the look.
+        watch : callable
+            Told of each place before and after it.
+        ask : callable
+            Asks the person for a place, for the witness `typed`; `reply` answers.
+
+        Raises
+        ------
+        Refused
+            Not now; the telescope does not go, or the witness sees nothing. What was seen is kept.
+        InputError, WitnessError, PointingError, TooFewStars
+            The run, its name or its witness is none; too few stars were seen for a fit.
+        """
+        from clockdrive.run_taking import RunTaking  # noqa: PLC0415 - as in `runs`
+
+        taking = RunTaking(self._session, self._slewing, self.runs)
+        seer = self._sky_witness(witness, ask)
+        name = self._control.call(
+            lambda: taking.begun(stars, name, witness=str(witness), resume=resume, append=append, bright=bright)
+        )
+        self._perform(taking.observing.run(name, seer, finite("settling for", settle_s, "seconds"), watch))
+        return self.runs.report(name)
+
+    def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
+        """Point with another pointing model from now on, until this telescope is closed.
+
+        Parameters
+        ----------
+        model : Fit, PointingModel, path or None
+            The model, or a file of one; None for none. `[mount] pointing_model` puts one in force for good.
+
+        Raises
+        ------
+        Refused, PointingError
+            The telescope is not at rest; it is no model of this mount.
+        """
+        self._control.call(lambda: self._adjusting.use_model(model))
+
     # Commissioning ---------------------------------------------------------------------------------------------
 
     def commission(
@@ -531,6 +614,13 @@ class Telescope:
         """Answer what `commission` has asked."""
         self._replies.put(text)
 
+    def _sky_witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness":
+        """A witness that sees the sky."""
+        seer = self._witness(witness, ask)
+        if seer is None:
+            raise ArgumentError("encoders see no sky: take the witness simulator, command:PROGRAM or typed")
+        return seer
+
     def _witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness | None":
         if not isinstance(witness, str):
             return witness
@@ -549,6 +639,8 @@ class Telescope:
         try:
             return self._session.close(keep_tracking=keep_tracking)
         finally:
+            if self._runs is not None:
+                self._runs.close()
             self._store.close()
             self.ownership.release()
 

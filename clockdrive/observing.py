@@ -1,0 +1,323 @@
+"""Taking a pointing run: place by place slew, settle, look, keep; whatever fails is skipped with its reason.
+
+The telescope goes on tracking while a witness looks, which may take a minute. What a witness sees is taken for a
+place of the moment of its exposure, where the counts are those of that moment too. A place that lies implausibly far
+from where the telescope believes to point is not taken. What was skipped is tried once more at the end, for a cloud
+passes.
+"""
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from clockdrive.control import Steps
+from clockdrive.corrections import DISPLACEMENTS, displacement
+from clockdrive.errors import ClockdriveError, Refused
+from clockdrive.run_store import Observation, PlacedStar, RunStore
+from clockdrive.session import Session
+from clockdrive.slewing import Progress, Slewing
+from clockdrive.witness import Sighting, SkyWitness, WitnessError
+from mounts.errors import DriveError
+from pointing.catalogue import bright_stars
+from pointing.errors import PointingError
+from pointing.instant import Instant
+from pointing.limits import separation
+from pointing.run_plan import RunPlace
+from pointing.targets import Star
+from pointing.vectors import azimuth_altitude
+from transports.errors import TransportError
+
+T = TypeVar("T")
+IMPLAUSIBLE_DEG = 5.0
+"""Beyond which a place is not believed: a mount that is not aligned at all is off by less."""
+_BLIND = 5  # places at the beginning without one sighting: the witness does not work
+_STUCK = 3  # slews one after the other that failed: the telescope does not go
+_TRIES = 2
+_LINK_PATIENCE_S = 600.0  # for a link that is lost; nothing is skipped meanwhile
+_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
+
+
+@dataclass(frozen=True)
+class RunProgress:
+    """One place that was visited, or is about to be.
+
+    Parameters
+    ----------
+    number, of : int
+        Which place, and how many there are.
+    place : RunPlace
+        Where.
+    state : str
+        `slewing`, `looking`, `observed` or `skipped`.
+    detail : str
+        How far off it was seen, or why it was skipped.
+    observed, skipped : int
+        How many places so far.
+    """
+
+    number: int
+    of: int
+    place: RunPlace
+    state: str
+    detail: str
+    observed: int
+    skipped: int
+
+
+Watch = Callable[[RunProgress], object]
+
+
+class _WatchFailed(Exception):  # noqa: N818 - what happened
+    """Whoever watches has had enough, or stopped the telescope: no failure of a place."""
+
+    def __init__(self, why: BaseException) -> None:
+        super().__init__(str(why))
+        self.why = why
+
+
+class Observing:
+    """Takes pointing runs with the telescope of a session.
+
+    Parameters
+    ----------
+    session : Session
+        Whose telescope.
+    slewing : Slewing
+        Moves it.
+    store : RunStore
+        Keeps what was seen.
+    """
+
+    def __init__(self, session: Session, slewing: Slewing, store: RunStore) -> None:
+        self._session = session
+        self._slewing = slewing
+        self._store = store
+
+    def run(self, name: str, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
+        """Visit all places of a run that are not visited yet; the telescope rests afterwards.
+
+        Raises
+        ------
+        Refused
+            Not now; the telescope does not go or the witness sees nothing. What was seen is kept: resume it then.
+        """
+        session = self._session
+        session.require_free()
+        session.synchronised()
+        try:
+            yield from self._visit_all(name, witness, settle_s, watch)
+        except _WatchFailed as ended:
+            raise ended.why from None
+        finally:
+            self._rest()
+
+    def _visit_all(self, name: str, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
+        stuck = 0
+        while (placed := self._next(name)) is not None:
+            try:
+                seen = yield from self._visit(name, placed, witness, settle_s, watch)
+            except _FAILURES as error:
+                self._session.forget_target()
+                stuck = 0 if isinstance(error, WitnessError | PointingError) else stuck + 1
+                self._store.skipped(name, placed.number, str(error))
+                self._tell(name, placed, "skipped", str(error), watch)
+                yield from self._link_back(name)
+                self._require_going(name, stuck, str(error))
+            else:
+                stuck = 0
+                self._store.observed(name, placed.number, seen)
+                self._tell(name, placed, "observed", self._off(seen), watch)
+
+    def _rest(self) -> None:
+        """Leave the telescope at rest, whatever has ended the run; where that fails, every cycle tries again."""
+        if self._session.doing == "tracking":
+            with suppress(DriveError, TransportError):
+                self._session.stop()
+
+    def _link_back(self, name: str) -> Steps[None]:
+        """Wait for a drive that does not answer.
+
+        Raises
+        ------
+        Refused
+            It does not come back; the run can be resumed.
+        """
+        session = self._session
+        since = session.clock.now()
+        while session.link_lost_since is not None:
+            if session.clock.now() - since > _LINK_PATIENCE_S:
+                raise Refused(
+                    f"the drive has not answered for {_LINK_PATIENCE_S:.0f} s: check its link; "
+                    f"`pointing-run resume {name}` goes on from here"
+                )
+            yield session.cycle()
+
+    def _next(self, name: str) -> PlacedStar | None:
+        """The first place that was not visited, else one that was skipped and may be tried again."""
+        run = self._store.read(name)
+        again = (each for each in run.skipped if each.tries < _TRIES)
+        return next(iter(run.pending), None) or next(again, None)
+
+    def _require_going(self, name: str, stuck: int, why: str) -> None:
+        """Refuse to go on with a telescope that does not go, or a witness that sees nothing.
+
+        Raises
+        ------
+        Refused
+            So it is.
+        """
+        run = self._store.read(name)
+        resume = f"`pointing-run resume {name}` goes on from here"
+        if stuck >= _STUCK:
+            raise Refused(f"{stuck} slews one after the other failed, the last one: {why}. Find its cause; {resume}")
+        if not run.observations and len(run.skipped) == _BLIND and not any(each.tries > 1 for each in run.skipped):
+            raise Refused(f"nothing was seen at the first {_BLIND} places, the last time: {why}. {resume}")
+
+    def _visit(
+        self, name: str, placed: PlacedStar, witness: SkyWitness, settle_s: float, watch: Watch
+    ) -> Steps[Observation]:
+        session = self._session
+        self._tell(name, placed, "slewing", "", watch)
+        session.forget_target()
+        target = self._met(placed.place, settle_s)
+        yield from self._slewing.goto(target, _nobody, posture=placed.place.posture)
+        self._tell(name, placed, "looking", "", watch)
+        yield from self._tracked(_pause(settle_s))
+        sighting = yield from self._tracked(_looked(witness))
+        session.poll()  # so that there is a reading after the exposure
+        counts = self._counts(sighting.time)
+        off = math.degrees(separation(session.planner.observed(counts), sighting.observed))
+        if not off <= IMPLAUSIBLE_DEG:
+            raise WitnessError(
+                f"the witness saw it {off:.1f}° from where the telescope believes to point, at most "
+                f"{IMPLAUSIBLE_DEG:g}° are believed: check the witness, the clock and the site, or `sync`"
+            )
+        return self._observation(target, counts, sighting)
+
+    def _counts(self, time: float) -> tuple[float, float]:
+        """Where the axes were at the moment of an exposure.
+
+        Raises
+        ------
+        WitnessError
+            It is not known: the witness tells another time.
+        """
+        try:
+            return self._session.history.counts(time)
+        except Refused as error:
+            raise WitnessError(f"the time of the exposure is of no use: {error}") from error
+
+    def _met(self, place: RunPlace, settle_s: float) -> Star:
+        """The star that stands at a place when one looks: so a place is seen the same way whenever that is.
+
+        Raises
+        ------
+        Unreachable
+            Nothing allowed leads there now.
+        """
+        session = self._session
+        arrival = session.plan(self.target(place, session.clock.now()), place.posture).arrival
+        return self.target(place, arrival + settle_s)
+
+    def target(self, place: RunPlace, time: float) -> Star:
+        """The star of a place: the one of its name, else whatever stands there at a time."""
+        named = next((star for star in bright_stars() if star.name == place.name), None)
+        if named is not None:
+            return named
+        frame = self._session.planner.sky.at(Instant.from_posix(time))
+        x, y, z = frame.astrometric(place.direction)
+        azimuth, altitude = math.degrees(place.azimuth) % 360.0, math.degrees(place.altitude)
+        name = f"the sky at azimuth {azimuth:.1f}°, altitude {altitude:.1f}°"
+        return Star.from_degrees(math.degrees(math.atan2(y, x)) % 360.0, math.degrees(math.asin(z)), name)
+
+    def _tracked(self, steps: Steps[T]) -> Steps[T]:
+        """Go on tracking while something else takes its steps."""
+        session = self._session
+        due = wake = session.clock.now()
+        try:
+            while True:
+                if session.clock.now() >= wake:
+                    try:
+                        wake = session.clock.now() + next(steps)
+                    except StopIteration as done:
+                        value: T = done.value
+                        return value
+                if session.clock.now() >= due:
+                    session.poll()
+                    due = session.clock.now() + session.follow()
+                yield max(0.0, min(wake, due) - session.clock.now())
+        finally:
+            steps.close()
+
+    def _observation(self, target: Star, counts: tuple[float, float], sighting: Sighting) -> Observation:
+        session, planner = self._session, self._session.planner
+        axis1, axis2 = planner.angles(counts)
+        azimuth, altitude = azimuth_altitude(sighting.observed)
+        synchronised = session.store.synchronisations(1)
+        return Observation(
+            time=sighting.time,
+            counts=counts,
+            axes_deg=(math.degrees(axis1), math.degrees(axis2)),
+            posture=planner.mount.posture(axis2),
+            azimuth_deg=math.degrees(azimuth) % 360.0,
+            altitude_deg=math.degrees(altitude),
+            sigma_arcsec=sighting.sigma_arcsec,
+            target=target.name,
+            synchronised=synchronised[0].time if synchronised else None,
+            weather=vars_of(session.surroundings.air.weather),
+            in_force=self._in_force(),
+        )
+
+    def _in_force(self) -> dict[str, Any]:
+        """Everything that stood between the target and the counts."""
+        mount, store = self._session.planner.mount, self._session.store
+        east, north = displacement(store.corrections(), DISPLACEMENTS)
+        return {
+            "mount_x_deg": math.degrees(mount.x),
+            "mount_y_deg": math.degrees(mount.y),
+            "pointing_model_arcsec": None if mount.model is None else mount.model.arcsec,
+            "offset_east_arcsec": east,
+            "offset_north_arcsec": north,
+        }
+
+    def _off(self, seen: Observation) -> str:
+        """How far from its place a star was seen, by what is in force now."""
+        planner = self._session.planner
+        axis1, axis2 = (math.radians(angle) for angle in seen.axes_deg)
+        there = RunPlace(math.radians(seen.azimuth_deg), math.radians(seen.altitude_deg), seen.posture).direction
+        off = math.degrees(separation(planner.mount.observed(axis1, axis2), there)) * 3600.0
+        return f"{off:.1f}″ from where it was sent"
+
+    def _tell(self, name: str, placed: PlacedStar, state: str, detail: str, watch: Watch) -> None:
+        run = self._store.read(name)
+        seen = sum(each.state == "observed" for each in run.places)
+        told = RunProgress(placed.number, len(run.places), placed.place, state, detail, seen, len(run.skipped))
+        try:
+            watch(told)
+        except Exception as error:
+            raise _WatchFailed(error) from error
+
+
+def vars_of(weather: Any) -> dict[str, Any]:  # noqa: ANN401 - a frozen value
+    """The fields of a frozen value by name."""
+    return {name: value for name, value in vars(weather).items() if not name.startswith("_")}
+
+
+def _looked(witness: SkyWitness) -> Steps[Sighting]:
+    """Look; what a witness of one's own fails with is one of its failures, too."""
+    try:
+        return (yield from witness.look())
+    except _FAILURES:
+        raise
+    except Exception as error:
+        raise WitnessError(f"the witness failed: {error!r}") from error
+
+
+def _pause(seconds: float) -> Steps[None]:
+    yield seconds
+
+
+def _nobody(progress: Progress) -> None:
+    """Nobody watches a single slew."""

@@ -1,0 +1,137 @@
+"""The pointing runs of a telescope as a person uses them: list, look, fit, mask, import, export. Nothing moves."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from clockdrive.configuration import Configuration
+from clockdrive.errors import InputError
+from clockdrive.fitting import Wanted
+from clockdrive.run_report import RunReport, pointing_run, report_of, stored_of, worst
+from clockdrive.run_store import RunStore, StoredRun
+from pointing.model.run import PointingRun
+from pointing.model.run_file import read_run
+from pointing.model.tpoint_file import write_tpoint
+from pointing.model.words import Places
+from pointing.site import Weather
+
+_ARCSEC = math.radians(1.0 / 3600.0)
+
+
+class PointingRuns:
+    """The runs that are kept of one telescope.
+
+    Parameters
+    ----------
+    store : RunStore
+        Where they are kept.
+    registers : tuple of float
+        The mount registers X and Y in force, radians; models come on top of them.
+    """
+
+    def __init__(self, store: RunStore, registers: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.store = store
+        self._registers = registers
+
+    @classmethod
+    def of(cls, configuration: Configuration) -> Self:
+        """Open the runs of the telescope of a configuration; no drive is contacted.
+
+        Raises
+        ------
+        StateError
+            The file cannot be read or written.
+        """
+        store = RunStore(configuration.state_directory, configuration.identity)
+        mount = configuration.mount
+        x, y = (mas * 1e-3 * _ARCSEC for mas in (mount.mount_x_mas, mount.mount_y_mas))
+        return cls(store, (x, y))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; closing twice is harmless."""
+        self.store.close()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All runs, oldest first."""
+        return self.store.names()
+
+    def __getitem__(self, name: str) -> StoredRun:
+        """The run of a name as it is kept."""
+        return self.store.read(name)
+
+    def observations(self, name: str | None = None) -> PointingRun:
+        """What fits read of a run, by default the newest."""
+        return pointing_run(self.store.read(name), self._registers)
+
+    def report(self, name: str | None = None, wanted: Wanted | None = None) -> RunReport:
+        """Fit a run, by default the newest with the terms that it asks for.
+
+        Raises
+        ------
+        InputError, TooFewStars, PointingError
+            There is none; it cannot be fitted.
+        """
+        return report_of(self.store.read(name), self._registers, wanted)
+
+    def mask(self, name: str, indices: Sequence[int], reason: str = "by hand") -> None:
+        """Let observations, counted from 0, take no part in fits."""
+        self.store.mask(name, indices, reason or "by hand")
+
+    def unmask(self, name: str, indices: Sequence[int]) -> None:
+        """Let observations take part again."""
+        self.store.mask(name, indices, "")
+
+    def mask_worst(self, name: str, count: int = 1) -> tuple[int, ...]:
+        """Mask the observations that lie farthest from the fit; return their indices."""
+        found = worst(self.report(name), count)
+        self.store.mask(name, found, "the worst of its fit")
+        return found
+
+    def take_in(
+        self,
+        path: str | Path,
+        name: str,
+        began: float,
+        *,
+        places: Places | None = None,
+        weather: Weather | None = None,
+    ) -> StoredRun:
+        """Keep a run from a TPOINT, SPK or ECSV file.
+
+        Raises
+        ------
+        InputError, PointingError
+            There is a run of this name; the file cannot be read.
+        """
+        run = stored_of(read_run(path, places=places, weather=weather), name, began)
+        self.store.begin(run)
+        return run
+
+    def write(self, name: str | None, path: str | Path) -> None:
+        """Write a run into a file: ECSV, which keeps all, or TPOINT's where the name ends in `.dat`.
+
+        Raises
+        ------
+        InputError, PointingError
+            There is no such run; the file cannot be written.
+        """
+        run = self.observations(name)
+        if Path(path).suffix == ".ecsv":
+            from pointing.model.ecsv_run import write_ecsv  # noqa: PLC0415 - takes astropy along
+
+            write_ecsv(run, path)
+        elif Path(path).suffix == ".dat":
+            write_tpoint(run, path)
+        else:
+            raise InputError(f"{path}: name a file that ends in .ecsv, which keeps all, or in .dat, TPOINT's own")

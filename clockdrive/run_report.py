@@ -1,0 +1,254 @@
+"""From a kept pointing run to a fit and a recommendation.
+
+Star places are put into the frame of the mount registers that are in force, as a pointing model adds to those; the
+mechanical angles are raw. So an old run can be fitted again for whatever the mount is told today.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from clockdrive.answers import utc
+from clockdrive.errors import ClockdriveError
+from clockdrive.fitting import Fitted, Wanted, fit_run
+from clockdrive.run_store import Observation, StoredRun
+from pointing.model.cross_validation import cv_sky_rms_arcsec
+from pointing.model.fit import fit
+from pointing.model.fitted import Fit
+from pointing.model.place import MountKind
+from pointing.model.polar_alignment import PolarAlignment, angle_text, polar_alignment
+from pointing.model.run import PointingRun
+from pointing.mount import Mount, MountType
+from pointing.site import Weather
+from pointing.vectors import Vector, from_azimuth_altitude
+
+FEWEST = 6
+"""Stars of a run that can be fitted at all."""
+_FEW = 20  # with which no more than the standard terms are told apart
+_ALIGN_FIRST_ARCSEC = 600.0  # a polar axis farther off is put right before it is modelled
+_INDEX: dict[MountKind, str] = {"equatorial": "IH ID", "altazimuth": "IA IE"}
+_TYPES: dict[MountKind, MountType] = {"equatorial": MountType.EQUATORIAL_FORK, "altazimuth": MountType.ALTAZ_FORK}
+
+
+class TooFewStars(ClockdriveError):  # noqa: N818 - what was found
+    """A run cannot be fitted yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunReport:
+    """A pointing run, what it says of the telescope, and what to do.
+
+    Parameters
+    ----------
+    stored : StoredRun
+        The run as it is kept.
+    run : PointingRun
+        What was fitted.
+    fitted : Fitted
+        The fit, with what was found of the run and how its terms were chosen.
+    cross_validation_arcsec : float
+        Sky RMS of patches of the sky predicted by a fit of all others: what blind pointing will be like.
+    before_arcsec : float
+        Sky RMS with the zero points of the axes alone.
+    """
+
+    stored: StoredRun
+    run: PointingRun
+    fitted: Fitted
+    cross_validation_arcsec: float
+    before_arcsec: float
+
+    @property
+    def name(self) -> str:
+        """Of the run."""
+        return self.stored.name
+
+    @property
+    def fit(self) -> Fit:
+        """The fit itself: coefficients, plots, `save`."""
+        return self.fitted.fit
+
+    @property
+    def recommendation(self) -> tuple[str, ...]:
+        """What to do, a sentence each."""
+        names = " ".join(each.name for each in self.fit.model.terms)
+        there, elsewhere = f"{self.fit.sky_rms_arcsec:.1f}″ RMS", f"{self.cross_validation_arcsec:.1f}″"
+        said = [
+            (
+                f"point with {names}: {there} on these {self.fit.n} stars, {elsewhere} where none was observed; "
+                f"{self.before_arcsec:.1f}″ without a model"
+            ),
+            *self._axis(),
+        ]
+        if self.fit.n < _FEW:
+            said.append(f"{self.fit.n} stars tell little apart: append {_FEW - self.fit.n} or more")
+        if self.stored.skipped:
+            said.append(f"{len(self.stored.skipped)} places were skipped; `pointing-run show {self.name}` says why")
+        write = f"`pointing-run fit {self.name} -o model.mod`"
+        said.append(f"{write} writes the model, which `[mount] pointing_model` puts in force")
+        return tuple(said)
+
+    def _axis(self) -> list[str]:
+        """What to do first where the polar axis is far off."""
+        if not {each.name for each in self.fit.model.terms} & {"MA", "ME"}:
+            return []
+        found = polar_alignment(self.fit)
+        if not isinstance(found, PolarAlignment):
+            return []
+        parts = [angle for angle in (found.raise_arcsec, found.east_arcsec) if math.isfinite(angle)]
+        if math.hypot(*parts) < _ALIGN_FIRST_ARCSEC:
+            return []
+        off = angle_text(math.hypot(*parts))
+        why = "the model takes that, and the field turns while it tracks"
+        return [f"the polar axis is {off} off: {why}; `polar-align` puts it right, and then take the run again"]
+
+    @property
+    def text(self) -> str:
+        """The fit, what to beware of, and what to do."""
+        findings = (f"beware: {each}" for each in self.fitted.findings)
+        return "\n".join((repr(self.fit), *findings, *self.recommendation))
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """As `pointing-run --json` has it."""
+        return {
+            **self.fitted.json,
+            "run": run_json(self.stored),
+            "cross_validation_arcsec": self.cross_validation_arcsec
+            if math.isfinite(self.cross_validation_arcsec)
+            else None,
+            "before_arcsec": self.before_arcsec,
+            "recommendation": list(self.recommendation),
+        }
+
+    def __repr__(self) -> str:
+        return f"<RunReport of {self.name}>\n{self.text}"
+
+    def _repr_html_(self) -> str:
+        items = "".join(f"<li>{escape(each)}</li>" for each in self.recommendation)
+        return f"{self.fit._repr_html_()}<ul>{items}</ul>"
+
+
+def report_of(
+    stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0), wanted: Wanted | None = None
+) -> RunReport:
+    """Fit a kept run.
+
+    Parameters
+    ----------
+    stored : StoredRun
+        The run.
+    registers : tuple of float
+        The mount registers X and Y on which the model shall come, radians.
+    wanted : Wanted, optional
+        Which terms, and how; by default they are chosen, and what does not belong is masked.
+
+    Raises
+    ------
+    TooFewStars
+        There are not stars enough.
+    PointingError
+        A fit of it would mean nothing; says what is wrong.
+    """
+    run = pointing_run(stored, registers)
+    kept = int(np.count_nonzero(run.kept))
+    if kept < FEWEST:
+        raise TooFewStars(
+            f"the run {stored.name} has {kept} stars that take part, {len(stored.skipped)} places were skipped; "
+            f"a fit needs {FEWEST}, and 20 to 50 make a good one: resume it or append to it"
+        )
+    wanted = wanted or Wanted(auto=kept >= _FEW, outliers=kept >= _FEW)
+    fitted = fit_run(run, wanted)
+    return RunReport(
+        stored, run, fitted,
+        cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
+    )  # fmt: skip
+
+
+def pointing_run(stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0)) -> PointingRun:
+    """The observations of a kept run as fits read them, masked ones included.
+
+    Those made before the last sync are masked: their counts mean other angles.
+    """
+    mount = Mount(_TYPES[stored.mount], math.radians(stored.latitude_deg), *registers)
+    seen = stored.observations
+    star1, star2 = np.array([mount.axes(_direction(each), "normal") for each in seen]).reshape(-1, 2).T
+    axis1, axis2 = np.radians([each.axes_deg for each in seen]).reshape(-1, 2).T
+    last = max((each.synchronised for each in seen if each.synchronised is not None), default=None)
+    return PointingRun(
+        stored.mount,
+        mount.latitude,
+        star1,
+        star2,
+        axis1,
+        axis2,
+        kept=np.array([not each.masked and each.synchronised == last for each in seen], bool),
+        time=np.array([math.nan if each.time is None else each.time for each in seen], float),
+        caption=stored.name,
+        date=datetime.fromtimestamp(stored.began, UTC).date(),
+        weather=_weather(seen),
+    )
+
+
+def worst(report: RunReport, count: int = 1) -> tuple[int, ...]:
+    """Indices of the observations that lie farthest from the fit, counted from 0."""
+    dx, dy = report.fit.residuals
+    far = np.where(report.fit.weight > 0.0, np.hypot(dx, dy), -1.0)
+    return tuple(int(i) for i in np.argsort(-far)[:count] if far[i] >= 0.0)
+
+
+def run_json(stored: StoredRun) -> dict[str, Any]:
+    """A kept run as plain values."""
+    return {
+        "name": stored.name,
+        "began_utc": utc(stored.began),
+        "mount": stored.mount,
+        "settings": dict(stored.settings),
+        "planned": len(stored.pending),
+        "observed": len(stored.observations),
+        "masked": [i for i, each in enumerate(stored.observations) if each.masked],
+        "skipped": [
+            {
+                "number": each.number,
+                "azimuth_deg": math.degrees(each.place.azimuth) % 360.0,
+                "altitude_deg": math.degrees(each.place.altitude),
+                "posture": each.place.posture,
+                "reason": each.reason,
+            }
+            for each in stored.skipped
+        ],
+    }
+
+
+def stored_of(run: PointingRun, name: str, began: float) -> StoredRun:
+    """A run from a file, to be kept beside one's own."""
+    mount = Mount(_TYPES[run.mount], run.latitude)
+    seen = []
+    for i in range(len(run)):
+        x, y, z = mount.observed(float(run.star1[i]), float(run.star2[i]))
+        time = float(run.time[i])
+        seen.append(
+            Observation(
+                None if math.isnan(time) else time, None,
+                (math.degrees(run.axis1[i]), math.degrees(run.axis2[i])),
+                "beyond" if run.beyond[i] else "normal",
+                math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y))), 0.0,
+                run.caption, masked="" if run.kept[i] else "in the file",
+            )
+        )  # fmt: skip
+    settings = {"imported": run.source, "caption": run.caption}
+    return StoredRun(name, began, run.mount, math.degrees(run.latitude), settings, (), tuple(seen))
+
+
+def _direction(seen: Observation) -> Vector:
+    return from_azimuth_altitude(math.radians(seen.azimuth_deg), math.radians(seen.altitude_deg))
+
+
+def _weather(seen: Sequence[Observation]) -> Weather | None:
+    airs: list[Mapping[str, Any]] = [each.weather for each in seen if each.weather]
+    return Weather(**airs[len(airs) // 2]) if airs else None
