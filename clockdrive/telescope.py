@@ -15,6 +15,7 @@ from clockdrive import assembly, parse
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import (
     Answer,
+    AxesAnswer,
     PassAnswer,
     PlanAnswer,
     arrival_answer,
@@ -58,6 +59,7 @@ from pointing.plan import Plan
 from pointing.targets import Target
 
 if TYPE_CHECKING:
+    from astropy.coordinates import SkyCoord
     from astropy.io.fits import Header
 
     from clockdrive.alignment import Alignment
@@ -318,7 +320,7 @@ class Telescope:
         *,
         rate_arcsec_s: Sequence[float] | None = None,
         rate_from: "TimeLike | None" = None,
-    ) -> Answer:
+    ) -> AxesAnswer:
         """Tracking rates of both axes at a time; rates of one's own as for `plan`."""
         self._control.require_open()
         time = self._time(at)
@@ -399,6 +401,14 @@ class Telescope:
 
             self._true_sky = SimulatedSky.of(self._device, self.configuration, self.clock)
         return self._true_sky
+
+    def true_place(self) -> "SkyCoord | None":
+        """Where the tube of the embedded simulator really points now, in `AltAz`; None without one."""
+        from clockdrive.quantities import observed_place  # noqa: PLC0415 - astropy takes a second to load
+
+        sky = self.true_sky
+        site = self._session.planner.sky.site
+        return None if sky is None else observed_place(sky.observed(), self.clock.now(), site)
 
     # Correcting ------------------------------------------------------------------------------------------------
 
