@@ -60,6 +60,7 @@ from pointing.targets import Target
 if TYPE_CHECKING:
     from astropy.io.fits import Header
 
+    from clockdrive.alignment import Alignment
     from clockdrive.commission import Stage
     from clockdrive.drives.kind import Simulated
     from clockdrive.observing import RunProgress
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from mounts.commissioning import Finding
     from pointing.model.fitted import Fit
     from pointing.model.pointing_model import PointingModel
+    from pointing.model.words import Pole
     from transports.link import Clock
     from transports.memory import Device
 
@@ -553,6 +555,37 @@ class Telescope:
         )
         self._perform(taking.observing.run(name, seer, finite("settling for", settle_s, "seconds"), watch))
         return self.runs.report(name)
+
+    def polar_alignment(
+        self,
+        witness: "str | SkyWitness" = "simulator",
+        *,
+        pole: "Pole" = "true",
+        settle_s: float = 1.0,
+        report: Callable[[str], object] = lambda text: None,  # noqa: ARG005 - nobody reads
+        ask: Callable[[str], object] = print,
+    ) -> "Alignment":
+        """Look at three stars and say what to turn on the mount; each `look()` at the result says what is left.
+
+        Parameters
+        ----------
+        witness, settle_s, ask
+            As for `pointing_run`.
+        pole : str
+            To which a polar axis shall point: the `true` pole, or the `refracted` one.
+        report : callable
+            Told of each star.
+
+        Raises
+        ------
+        Refused, WitnessError
+            Not now; too few stars were seen.
+        """
+        from clockdrive.alignment import Alignment  # noqa: PLC0415 - as in `runs`
+
+        seer = self._sky_witness(witness, ask)
+        settle = finite("settling for", settle_s, "seconds")
+        return Alignment.begun(self._session, self._slewing, self.runs, seer, pole, settle, self._perform, report)
 
     def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
         """Point with another pointing model from now on, until this telescope is closed.
