@@ -17,6 +17,7 @@ from clockdrive.configuration_check import BadValue, cautions, checked, contradi
 from clockdrive.configuration_keys import (
     DRIVE_KINDS,
     KEYS,
+    OPTIONAL,
     Computed,
     Key,
     Value,
@@ -28,6 +29,7 @@ from clockdrive.configuration_sections import (
     InstrumentSection,
     LimitsSection,
     MountSection,
+    RotatorSection,
     SimulatorSection,
     SiteSection,
     TargetsSection,
@@ -52,6 +54,8 @@ class Configuration:
     ----------
     axes : (AxisSection, AxisSection)
         Axis 1 and axis 2.
+    rotator : RotatorSection or None
+        The instrument rotator, where there is one: where the table `[rotator]` is given, though it be empty.
     instruments : mapping
         Pointing origins by name; `main` when none is configured.
     state_path : Path or None
@@ -69,6 +73,7 @@ class Configuration:
     mount: MountSection
     drive: DriveSection
     axes: tuple[AxisSection, AxisSection]
+    rotator: RotatorSection | None
     limits: LimitsSection
     instruments: Mapping[str, InstrumentSection]
     targets: TargetsSection
@@ -101,6 +106,10 @@ class Configuration:
 
         return Path(platformdirs.user_state_path("clockdrive"))
 
+    def section(self, make: type[_Section], name: str) -> _Section:
+        """Make a section with the keys of this drive: a dataclass, each field a key of `name`."""
+        return _section(self.values, make, name)
+
     def left_to_the_unit(self) -> tuple[str, ...]:
         """Dotted names of the keys that a TC410 keeps itself and nobody has configured: read them from the unit."""
         return tuple(
@@ -122,6 +131,8 @@ class Configuration:
         for dotted, origin in self.origins.items():
             if origin != "default":
                 draft.layer({dotted: self.values[dotted]}, origin, Path())
+        if self.rotator is not None:
+            draft.layer({f"{OPTIONAL}.": None}, "file", Path())
         draft.settle()
         if draft.problems:
             raise ConfigurationError(f"{self.source}, completed from the unit,", draft.problems)
@@ -251,7 +262,10 @@ class _Draft:
                 yield f"{dotted} = {value}: there is no such file; correct the path or leave the key out"
 
     def _expanded(self, keys: tuple[Key, ...]) -> Iterator[Key]:
+        has_rotator = any(dotted.startswith(f"{OPTIONAL}.") for dotted in self.given)
         for key in keys:
+            if key.section == OPTIONAL and not has_rotator:
+                continue
             if key.section == "instruments.*":
                 yield from (replace(key, section=f"instruments.{name}") for name in self.instruments)
             else:
@@ -336,15 +350,15 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:59]}…"
 
 
+def _section(values: Mapping[str, Value], make: type[_Section], name: str) -> _Section:
+    return make(**{f.name: cast("Any", values[f"{name}.{f.name}"]) for f in fields(cast("Any", make))})
+
+
 def _frozen(draft: _Draft, source: str, notice: str) -> Configuration:
     values = draft.values
-    if values["drive.kind"] != "tc410":  # the typed sections have a TC410's keys whatever the drive
-        tc410 = _Draft()
-        tc410.settle()
-        values = {**tc410.values, **values}
 
     def section(make: type[_Section], name: str) -> _Section:
-        return make(**{f.name: cast("Any", values[f"{name}.{f.name}"]) for f in fields(cast("Any", make))})
+        return _section(values, make, name)
 
     return Configuration(
         site=section(SiteSection, "site"),
@@ -352,12 +366,13 @@ def _frozen(draft: _Draft, source: str, notice: str) -> Configuration:
         mount=section(MountSection, "mount"),
         drive=section(DriveSection, "drive"),
         axes=(section(AxisSection, "axis1"), section(AxisSection, "axis2")),
+        rotator=section(RotatorSection, "rotator") if "rotator.mode" in values else None,
         limits=section(LimitsSection, "limits"),
         instruments={name: section(InstrumentSection, f"instruments.{name}") for name in draft.instruments},
         targets=section(TargetsSection, "targets"),
         simulator=section(SimulatorSection, "simulator"),
         state_path=cast("Path | None", values["state.path"]),
-        values=draft.values,
+        values=values,
         origins=draft.origins,
         source=source,
         notice=notice,

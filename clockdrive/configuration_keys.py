@@ -18,9 +18,11 @@ Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "r
 Raw = str | int | float | bool
 Value = Raw | GearTeeth | Path | None
 
+OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
 DRIVEN = ("tc410",)  # by this version; the keys of the others are checked all the same
 NO_OTHER_DRIVE = f"this version drives the {' and '.join(DRIVEN)} only"
+ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
 TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)
@@ -394,9 +396,17 @@ def _for_axis(section: str, keys: Iterable[Key]) -> tuple[Key, ...]:
     return tuple(replace(key, section=section) for key in keys)
 
 
-_ROTATOR = tuple(
-    replace(key, drives=tuple(k for k in key.drives if k in _NODES)) for key in _AXIS if set(key.drives) & set(_NODES)
-)
+_ROTATOR = (
+    Key("rotator", "mode", "text", "sky", "what it holds: the sky, the horizon, or its own angle on the mount",
+        choices=ROTATOR_MODES, drives=_NODES),
+    Key("rotator", "position_angle_deg", "number", 0.0,
+        "the instrument's y axis, counted to the east from north (sky), from the zenith (horizon), from the tube's "
+        "own up (mount)", "deg", -360, 360, drives=_NODES),
+    *(
+        replace(key, drives=tuple(k for k in key.drives if k in _NODES))
+        for key in _AXIS if set(key.drives) & set(_NODES)
+    ),
+)  # fmt: skip
 
 KEYS: tuple[Key, ...] = (
     *_SITE, *_WEATHER, *_DRIVE, *_MOUNT, *_LIMITS, *_for_axis("axis1", _AXIS), *_for_axis("axis2", _AXIS), *_AXIS2,
