@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from clockdrive.clock import SystemClock, VirtualClock
     from clockdrive.configuration import Configuration, load
     from clockdrive.errors import ClockdriveError, ConfigurationError, OwnedElsewhere, Refused
+    from clockdrive.pointing_runs import PointingRuns
+    from clockdrive.run_report import RunReport
     from clockdrive.slewing import Progress
     from clockdrive.telescope import Telescope
     from pointing import (
@@ -97,9 +99,11 @@ _HOME = {
     "PointingError": "pointing",
     "PointingModel": "pointing",
     "PointingRun": "pointing",
+    "PointingRuns": "clockdrive.pointing_runs",
     "Progress": "clockdrive.slewing",
     "RateOffsetTarget": "pointing",
     "Refused": "clockdrive.errors",
+    "RunReport": "clockdrive.run_report",
     "Satellite": "pointing",
     "SequentialFit": "pointing",
     "Site": "pointing",
@@ -156,9 +160,11 @@ __all__ = [
     "PointingError",
     "PointingModel",
     "PointingRun",
+    "PointingRuns",
     "Progress",
     "RateOffsetTarget",
     "Refused",
+    "RunReport",
     "Satellite",
     "SequentialFit",
     "Site",

@@ -236,9 +236,7 @@ def _notes(stored: StoredRun, today: Zero | None) -> tuple[str, ...]:
     before = sum(each is not None and each.lost != reference.lost for each in zeros)
     said = []
     if before:
-        said.append(
-            f"{before} stars were seen before the position was lost, and take no part: their angles mean others"
-        )
+        said.append(f"{before} stars take no part: seen before the position was lost, their angles mean other places")
     if today is not None and today.lost != reference.lost:
         said.append("the position was lost after this run: put its model in force, then `sync` on a star")
     return tuple(said)
