@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from clockdrive.clock import SystemClock, VirtualClock
     from clockdrive.configuration import Configuration, load
     from clockdrive.errors import ClockdriveError, ConfigurationError, OwnedElsewhere, Refused
+    from clockdrive.pointing_runs import PointingRuns
+    from clockdrive.run_report import RunReport
     from clockdrive.slewing import Progress
     from clockdrive.telescope import Telescope
     from pointing import *  # noqa: F403 - what `pointing` exports is exported here as well
@@ -34,8 +36,10 @@ _HOME = dict.fromkeys(pointing.__all__, "pointing") | {
     "ConfigurationError": "clockdrive.errors",
     "OwnedElsewhere": "clockdrive.errors",
     "PlanAnswer": "clockdrive.answers",
+    "PointingRuns": "clockdrive.pointing_runs",
     "Progress": "clockdrive.slewing",
     "Refused": "clockdrive.errors",
+    "RunReport": "clockdrive.run_report",
     "SystemClock": "clockdrive.clock",
     "Telescope": "clockdrive.telescope",
     "VirtualClock": "clockdrive.clock",
@@ -49,8 +53,10 @@ __all__ = [
     "ConfigurationError",
     "OwnedElsewhere",
     "PlanAnswer",
+    "PointingRuns",
     "Progress",
     "Refused",
+    "RunReport",
     "SystemClock",
     "Telescope",
     "VirtualClock",
