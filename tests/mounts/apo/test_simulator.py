@@ -409,6 +409,15 @@ def test_a_clock_may_be_off_and_drift():
     assert wire.true(10_015.0) == pytest.approx(0.005, abs=2e-6)
 
 
+def test_without_the_1_hz_the_clock_runs_by_its_own_crystal():
+    wire = Wire()
+    wire.told("MOVE 0 0.01", 0.0)
+    wire.axis.lose_one_hz(T0 + 100.0, 1000.0)
+    assert wire.status(100.0)[2] == TAI0 + 100.0
+    assert wire.status(1100.0)[2] == TAI0 + 1101.0
+    assert "one_hz_lost" in wire.names(1100.0)
+
+
 def test_a_clock_that_is_not_set_tells_minus_one_and_refuses_nodes():
     wire = Wire(kind="sdss", clock_set=False)
     assert wire.status(5.0)[2] == -1.0
