@@ -368,6 +368,13 @@ def test_limits_go_by_the_name_in_the_settings_and_may_not_be_told():
     assert "argument" in wire.refused("MAXV", 0.0)
 
 
+def test_commands_that_a_controller_does_not_have_are_refused_by_name_and_alias():
+    wire = Wire(unknown=("LOG", "HELP"))
+    for text in ("LOG hello", "HELP", "? MOVE"):
+        assert "unknown command" in wire.refused(text, 0.0)
+    wire.told("DEBUG on", 0.0)
+
+
 def test_a_limit_switch_stops_the_axis_one_way_and_not_the_other():
     wire = Wire()
     wire.told("MOVE 0 1", 0.0)
@@ -573,6 +580,21 @@ def test_what_ends_corrections_ends_them(command):
     wire.axis.let_slip(0.01)
     wire.told("MOVE 7", 2.0)
     assert wire.true(60.0) == pytest.approx(7.01)
+
+
+def test_a_fiducial_left_by_the_edge_that_it_was_entered_by_corrects_nothing():
+    wire = Wire(hardware=FIDUCIAL)
+    wire.axis.let_slip(0.01)
+    wire.told("MS.ON", 0.0)
+    wire.told("MOVE 5", 0.0)
+    wire.told("MOVE 0", 40.0)
+    assert wire.true(80.0) == pytest.approx(0.01)
+    wire.told("MOVE 7", 80.0)
+    wire.told("MOVE 0", 110.0)
+    assert wire.true(150.0) == pytest.approx(0.0, abs=1e-9)
+    edges = [(row.split()[4], row.split()[5]) for row in wire.say("MS.DUMP", 150.0).lines[1:]]
+    print(edges)
+    assert edges[3] == ("1", "0.010000")
 
 
 def test_a_dump_has_the_last_twenty_passages():
