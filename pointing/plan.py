@@ -57,6 +57,11 @@ class Axis:
         return _SETTLED_DEG if self.units == "degrees" else 1.0
 
     @property
+    def straight_s(self) -> float:
+        """For how long, seconds, a target's rates may be taken as constant: 0.2°/s² make 0.4 mas in 1 ms."""
+        return 0.001 if self.units == "degrees" else 0.05
+
+    @property
     def landed(self) -> float:
         """By how many counts it may be off its target and has landed."""
         return _LANDED_DEG if self.units == "degrees" else 2.0
