@@ -25,6 +25,7 @@ Units = Literal["counts", "degrees", "microsteps", "steps"]
 """What a drive counts in; all but degrees are whole."""
 
 _SETTLED_DEG = 1e-9  # 3.6 µas
+_LANDED_DEG = 1.0 / 3600.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,16 @@ class Axis:
     def flicker(self) -> float:
         """By how many counts a target may go on changing, tick by tick."""
         return _SETTLED_DEG if self.units == "degrees" else 1.0
+
+    @property
+    def straight_s(self) -> float:
+        """For how long, seconds, a target's rates may be taken as constant: 0.2°/s² make 0.4 mas in 1 ms."""
+        return 0.001 if self.units == "degrees" else 0.05
+
+    @property
+    def landed(self) -> float:
+        """By how many counts it may be off its target and has landed."""
+        return _LANDED_DEG if self.units == "degrees" else 2.0
 
     def windings(self, angle: float, slack: float = 0.0) -> Iterator[float]:
         """Every angle within the limits, or `slack` radians outside, that is the same direction as `angle`."""
@@ -205,6 +216,13 @@ class Plan:
     def eta(self) -> float:
         """Seconds from the start to the arrival, latency included."""
         return self.arrival - self.start
+
+    @property
+    def landings(self) -> tuple[float, float]:
+        """POSIX seconds at which each axis has landed by itself, the later one at the arrival."""
+        one, two = (axis.travel.duration for axis in self.axes)
+        begin = self.arrival - max(one, two)
+        return begin + one, begin + two
 
 
 AxisState = tuple[tuple[float, float], tuple[float, float]]
