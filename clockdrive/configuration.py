@@ -44,6 +44,9 @@ NO_FILE = (
     "no configuration file: this is the embedded simulator of a TC410 on an equatorial fork at Kaikoura "
     "(latitude −42.4°, longitude 173.7°); `clockdrive init tc410` writes a file for your own telescope"
 )
+NO_FILE_OF = (
+    "no configuration file: this is the embedded simulator; `clockdrive init {kind}` writes a file for your own"
+)
 
 
 @dataclass(frozen=True)
@@ -87,15 +90,18 @@ class Configuration:
     @property
     def simulated(self) -> bool:
         """Whether the drive is the embedded simulator."""
-        return self.drive.link == "sim:"
+        return set(self.links) == {"sim:"}
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Where the drive is reached: by one link, or where an axis has its own, by those."""
+        own = (self.values.get(f"{section}.link") for section in ("axis1", "axis2", "rotator"))
+        return tuple(str(link) for link in own if link is not None) or (self.drive.link,)
 
     @property
     def identity(self) -> str:
         """Names the telescope in the state store: its drive and how it is reached."""
-        link = self.drive.link.removesuffix("?baud=9600")  # the default: one telescope has one name
-        if re.fullmatch(r"COM\d+|/dev/\S+", link, re.IGNORECASE):
-            link = f"serial://{link}"
-        return f"{self.drive.kind} {link.replace('tcp://localhost:', 'tcp://127.0.0.1:')}"
+        return " ".join((self.drive.kind, *map(_one_name, self.links)))
 
     @property
     def state_directory(self) -> Path:
@@ -185,7 +191,7 @@ def load(
     problems = [*draft.problems, *(draft.missing_files() if with_files else ())]
     if problems:
         raise ConfigurationError(source, problems)
-    return _frozen(draft, source, NO_FILE if path is None and draft.values["drive.link"] == "sim:" else "")
+    return _frozen(draft, source, _notice(path, draft.values))
 
 
 def _read(path: Path) -> dict[str, object]:
@@ -344,6 +350,21 @@ def _shown(raw: object) -> str:
     if isinstance(raw, dict | list):
         return "a table" if isinstance(raw, dict) else "a list"
     return _short(repr(raw) if isinstance(raw, str) else str(raw))
+
+
+def _notice(path: Path | str | None, values: Mapping[str, Value]) -> str:
+    if path is not None or values["drive.link"] != "sim:":
+        return ""
+    kind = str(values["drive.kind"])
+    return NO_FILE if kind == "tc410" else NO_FILE_OF.format(kind=kind)
+
+
+def _one_name(link: str) -> str:
+    """One telescope has one name: the default speed, a bare port and this computer's own name are all left out."""
+    link = link.removesuffix("?baud=9600")
+    if re.fullmatch(r"COM\d+|/dev/\S+", link, re.IGNORECASE):
+        link = f"serial://{link}"
+    return link.replace("tcp://localhost:", "tcp://127.0.0.1:")
 
 
 def _short(text: str) -> str:
