@@ -3,6 +3,9 @@
 Each answer is a frozen value with its `json`; displays and notebooks show the same.
 """
 
+# Properties with astropy's values import where they are asked: astropy takes a second to load; only its users pay.
+# ruff: noqa: PLC0415
+
 import html
 import math
 from collections.abc import Mapping, Sequence
@@ -16,11 +19,14 @@ from pointing.next_limit import next_limit
 from pointing.pass_plan import PassPlan, planned_pass
 from pointing.plan import AxisState, Plan
 from pointing.planner import Planner
+from pointing.site import Site
 from pointing.targets import Target
 from pointing.trajectory import Trajectory
 from pointing.vectors import Vector, azimuth_altitude, horizon_to_equatorial, hour_angle_declination
 
 if TYPE_CHECKING:
+    from astropy.coordinates import SkyCoord
+    from astropy.table import QTable
     from astropy.time import Time
     from astropy.units import Quantity
 
@@ -67,7 +73,45 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class PlanAnswer(Answer):
+class AxesAnswer(Answer):
+    """Where both axes are on a target at a moment, and how fast they go there."""
+
+    time: float
+    direction: Vector
+    state: AxisState
+    site: Site
+
+    @property
+    def moment(self) -> "Time":
+        """When."""
+        from clockdrive.quantities import moment
+
+        return moment(self.time)
+
+    @property
+    def observed(self) -> "SkyCoord":
+        """The target as it is seen through the air then, in `AltAz`."""
+        from clockdrive.quantities import observed_place
+
+        return observed_place(self.direction, self.time, self.site)
+
+    @property
+    def angles(self) -> "Quantity":
+        """Mechanical angles of axis 1 and axis 2, degrees."""
+        from clockdrive.quantities import angles
+
+        return angles([angle for angle, _ in self.state])
+
+    @property
+    def rates(self) -> "Quantity":
+        """Rates of axis 1 and axis 2, arcseconds a second."""
+        from clockdrive.quantities import rates
+
+        return rates([rate for _, rate in self.state])
+
+
+@dataclass(frozen=True)
+class PlanAnswer(AxesAnswer):
     """A plan: where both axes go, when they arrive, and every check that was made."""
 
     plan: Plan
@@ -75,16 +119,14 @@ class PlanAnswer(Answer):
     @property
     def eta(self) -> "Quantity":
         """Time to the arrival, latency included."""
-        from astropy import units  # noqa: PLC0415 - takes 0.8 s; only its users pay
+        from astropy import units
 
         return self.plan.eta * units.s
 
     @property
     def arrival(self) -> "Time":
         """When both axes are on the target."""
-        from astropy.time import Time  # noqa: PLC0415 - likewise
-
-        return Time(self.plan.arrival, format="unix")
+        return self.moment
 
     def __str__(self) -> str:
         place = self.json["observed"]
@@ -95,10 +137,26 @@ class PlanAnswer(Answer):
 
 
 @dataclass(frozen=True)
-class PassAnswer(Answer):
-    """The pass of a satellite that is not up yet: where to wait, when both axes go along with it, what is lost."""
+class PassAnswer(AxesAnswer):
+    """The pass of a satellite that is not up yet: where to wait, when both axes go along with it, what is lost.
+
+    Angles, rates and place are those of the moment at which both axes go along with it.
+    """
 
     ahead: PassPlan
+
+    @property
+    def ends(self) -> "Time":
+        """When it is followed no further."""
+        from clockdrive.quantities import moment
+
+        return moment(self.ahead.ends)
+
+    def way(self, step_s: float = 1.0) -> "QTable":
+        """The way of both axes: time, azimuth and altitude to which they point, angle and rate of each axis."""
+        from clockdrive.quantities import way_of_a_pass
+
+        return way_of_a_pass(self.ahead, step_s)
 
 
 def plan_answer(
@@ -127,8 +185,17 @@ def plan_answer(
             **({} if budget is None else {"budget": budget}),
             "notes": list(notes),
         },
+        plan.arrival,
+        plan.observed,
+        _state(plan),
+        planner.sky.site,
         plan,
     )
+
+
+def _state(plan: Plan) -> AxisState:
+    one, two = plan.axes
+    return (one.angle, one.rate), (two.angle, two.rate)
 
 
 def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str, Any]:
@@ -148,6 +215,7 @@ def limit_answer(found: tuple[float, Check] | None) -> dict[str, Any] | None:
 def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[str] = ()) -> PassAnswer:
     """Put the pass of a target that is not up yet into the form of `plan --json`, as if started at `time`."""
     state = ahead.trajectory.angles(ahead.joined)
+    direction = planner.mount.observed(state[0][0], state[1][0])
     return PassAnswer(
         {
             "ok": True,
@@ -156,7 +224,7 @@ def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[
             "arrival_utc": utc(ahead.joined),
             "eta_s": round(ahead.joined - time, 6),
             "posture": ahead.posture,
-            "observed": observed(planner.mount.observed(state[0][0], state[1][0]), planner.mount.latitude),
+            "observed": observed(direction, planner.mount.latitude),
             "axes": [
                 {
                     "name": axis.name,
@@ -171,6 +239,10 @@ def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[
             "pass": _pass(ahead, planner),
             "notes": [f"not up yet: wait at the axis angles of `pass` until {utc(ahead.reachable)}", *notes],
         },
+        ahead.joined,
+        direction,
+        state,
+        planner.sky.site,
         ahead,
     )
 
@@ -253,10 +325,10 @@ def _east_north(arcsec: tuple[float, float]) -> dict[str, float]:
 
 def rates_answer(
     name: str, time: float, direction: Vector, state: AxisState, planner: Planner, notes: Sequence[str] = ()
-) -> Answer:
+) -> AxesAnswer:
     """Put tracking rates into the form of `rates --json`."""
     axes = [tracked(axis, angle, rate) for axis, (angle, rate) in zip(planner.axes, state, strict=True)]
-    return Answer(
+    return AxesAnswer(
         {
             "ok": True,
             "target": name,
@@ -264,7 +336,11 @@ def rates_answer(
             "observed": observed(direction, planner.mount.latitude),
             "axes": axes,
             "notes": list(notes),
-        }
+        },
+        time,
+        direction,
+        state,
+        planner.sky.site,
     )
 
 

@@ -34,7 +34,7 @@ class VirtualClock:
     """
 
     def __init__(self, start: float) -> None:
-        self._now = start
+        self._now = float(start)  # NumPy gives numbers of its own, which would go through every answer
         self._lock = threading.Lock()
 
     def now(self) -> float:

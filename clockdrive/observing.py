@@ -8,6 +8,7 @@ passes.
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -31,10 +32,10 @@ from transports.errors import TransportError
 T = TypeVar("T")
 IMPLAUSIBLE_DEG = 5.0
 """Beyond which a place is not believed: a mount that is not aligned at all is off by less."""
-_UNTIL_THERE_S = 20.0  # a slew may take; the star of a place is the one that stands there then
 _BLIND = 5  # places at the beginning without one sighting: the witness does not work
 _STUCK = 3  # slews one after the other that failed: the telescope does not go
 _TRIES = 2
+_LINK_PATIENCE_S = 600.0  # for a link that is lost; nothing is skipped meanwhile
 _FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 
 
@@ -68,6 +69,14 @@ class RunProgress:
 Watch = Callable[[RunProgress], object]
 
 
+class _WatchFailed(Exception):  # noqa: N818 - what happened
+    """Whoever watches has had enough, or stopped the telescope: no failure of a place."""
+
+    def __init__(self, why: BaseException) -> None:
+        super().__init__(str(why))
+        self.why = why
+
+
 class Observing:
     """Takes pointing runs with the telescope of a session.
 
@@ -97,22 +106,56 @@ class Observing:
         session = self._session
         session.require_free()
         session.synchronised()
+        try:
+            yield from self._visit_all(name, witness, settle_s, watch)
+        except _WatchFailed as ended:
+            raise ended.why from None
+        finally:
+            self._rest()
+
+    def _visit_all(self, name: str, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
         stuck = 0
         while (placed := self._next(name)) is not None:
             try:
-                seen = yield from self._visit(name, placed, witness, settle_s, watch)
+                self._tell(name, placed, "slewing", "", watch)
+                target = yield from self._arrived(placed.place, settle_s)
+                self._tell(name, placed, "looking", "", watch)
+                seen = yield from self.look(target.name, witness, settle_s)
             except _FAILURES as error:
-                session.forget_target()
+                self._session.forget_target()
                 stuck = 0 if isinstance(error, WitnessError | PointingError) else stuck + 1
                 self._store.skipped(name, placed.number, str(error))
                 self._tell(name, placed, "skipped", str(error), watch)
+                yield from self._link_back(name)
                 self._require_going(name, stuck, str(error))
             else:
                 stuck = 0
                 self._store.observed(name, placed.number, seen)
                 self._tell(name, placed, "observed", self._off(seen), watch)
-        if session.doing == "tracking":
-            session.stop()
+
+    def _rest(self) -> None:
+        """Leave the telescope at rest, whatever has ended the run; where that fails, every cycle tries again."""
+        if self._session.doing == "tracking":
+            with suppress(DriveError, TransportError):
+                self._session.stop()
+
+    def _link_back(self, name: str) -> Steps[None]:
+        """Wait for a drive that does not answer.
+
+        Raises
+        ------
+        Refused
+            It does not come back; the run can be resumed.
+        """
+        session = self._session
+        since = session.clock.now()
+        while session.link_lost_since is not None:
+            if session.clock.now() - since > _LINK_PATIENCE_S:
+                raise Refused(
+                    f"the drive has not answered for {_LINK_PATIENCE_S:.0f} s: check its link; "
+                    f"`pointing-run resume {name}` goes on from here"
+                )
+            yield session.cycle()
 
     def _next(self, name: str) -> PlacedStar | None:
         """The first place that was not visited, else one that was skipped and may be tried again."""
@@ -135,27 +178,72 @@ class Observing:
         if not run.observations and len(run.skipped) == _BLIND and not any(each.tries > 1 for each in run.skipped):
             raise Refused(f"nothing was seen at the first {_BLIND} places, the last time: {why}. {resume}")
 
-    def _visit(
-        self, name: str, placed: PlacedStar, witness: SkyWitness, settle_s: float, watch: Watch
-    ) -> Steps[Observation]:
+    def visit(self, place: RunPlace, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
+        """Go to a place, settle, and look.
+
+        Raises
+        ------
+        WitnessError
+            The witness sees nothing, or something that cannot be.
+        Refused, Unreachable, DriveError
+            As for any slew.
+        """
+        target = yield from self._arrived(place, settle_s)
+        return (yield from self.look(target.name, witness, settle_s))
+
+    def _arrived(self, place: RunPlace, settle_s: float) -> Steps[Star]:
+        """Go to a place; return what is tracked there."""
         session = self._session
-        self._tell(name, placed, "slewing", "", watch)
         session.forget_target()
-        target = self.target(placed.place, session.clock.now() + _UNTIL_THERE_S)
-        yield from self._slewing.goto(target, _nobody, posture=placed.place.posture)
-        self._tell(name, placed, "looking", "", watch)
+        target = self._met(place, settle_s)
+        yield from self._slewing.goto(target, _nobody, posture=place.posture)
+        return target
+
+    def look(self, name: str, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
+        """Look at what is tracked, of a name.
+
+        Raises
+        ------
+        WitnessError, Refused
+            As for `visit`.
+        """
+        session = self._session
         yield from self._tracked(_pause(settle_s))
-        sighting = yield from self._tracked(witness.look())
+        sighting = yield from self._tracked(_looked(witness))
         session.poll()  # so that there is a reading after the exposure
-        counts = session.history.counts(sighting.time)
-        believed = session.planner.observed(counts)
-        off = math.degrees(separation(believed, sighting.observed))
-        if off > IMPLAUSIBLE_DEG:
+        counts = self._counts(sighting.time)
+        off = math.degrees(separation(session.planner.observed(counts), sighting.observed))
+        if not off <= IMPLAUSIBLE_DEG:
             raise WitnessError(
                 f"the witness saw it {off:.1f}° from where the telescope believes to point, at most "
                 f"{IMPLAUSIBLE_DEG:g}° are believed: check the witness, the clock and the site, or `sync`"
             )
-        return self._observation(target, counts, sighting)
+        return self._observation(name, counts, sighting)
+
+    def _counts(self, time: float) -> tuple[float, float]:
+        """Where the axes were at the moment of an exposure.
+
+        Raises
+        ------
+        WitnessError
+            It is not known: the witness tells another time.
+        """
+        try:
+            return self._session.history.counts(time)
+        except Refused as error:
+            raise WitnessError(f"the time of the exposure is of no use: {error}") from error
+
+    def _met(self, place: RunPlace, settle_s: float) -> Star:
+        """The star that stands at a place when one looks: so a place is seen the same way whenever that is.
+
+        Raises
+        ------
+        Unreachable
+            Nothing allowed leads there now.
+        """
+        session = self._session
+        arrival = session.plan(self.target(place, session.clock.now()), place.posture).arrival
+        return self.target(place, arrival + settle_s)
 
     def target(self, place: RunPlace, time: float) -> Star:
         """The star of a place: the one of its name, else whatever stands there at a time."""
@@ -187,7 +275,7 @@ class Observing:
         finally:
             steps.close()
 
-    def _observation(self, target: Star, counts: tuple[float, float], sighting: Sighting) -> Observation:
+    def _observation(self, target: str, counts: tuple[float, float], sighting: Sighting) -> Observation:
         session, planner = self._session, self._session.planner
         axis1, axis2 = planner.angles(counts)
         azimuth, altitude = azimuth_altitude(sighting.observed)
@@ -200,7 +288,7 @@ class Observing:
             azimuth_deg=math.degrees(azimuth) % 360.0,
             altitude_deg=math.degrees(altitude),
             sigma_arcsec=sighting.sigma_arcsec,
-            target=target.name,
+            target=target,
             synchronised=synchronised[0].time if synchronised else None,
             weather=vars_of(session.surroundings.air.weather),
             in_force=self._in_force(),
@@ -216,6 +304,7 @@ class Observing:
             "pointing_model_arcsec": None if mount.model is None else mount.model.arcsec,
             "offset_east_arcsec": east,
             "offset_north_arcsec": north,
+            "zero": vars(store.zero()),
         }
 
     def _off(self, seen: Observation) -> str:
@@ -229,12 +318,26 @@ class Observing:
     def _tell(self, name: str, placed: PlacedStar, state: str, detail: str, watch: Watch) -> None:
         run = self._store.read(name)
         seen = sum(each.state == "observed" for each in run.places)
-        watch(RunProgress(placed.number, len(run.places), placed.place, state, detail, seen, len(run.skipped)))
+        told = RunProgress(placed.number, len(run.places), placed.place, state, detail, seen, len(run.skipped))
+        try:
+            watch(told)
+        except Exception as error:
+            raise _WatchFailed(error) from error
 
 
 def vars_of(weather: Any) -> dict[str, Any]:  # noqa: ANN401 - a frozen value
     """The fields of a frozen value by name."""
     return {name: value for name, value in vars(weather).items() if not name.startswith("_")}
+
+
+def _looked(witness: SkyWitness) -> Steps[Sighting]:
+    """Look; what a witness of one's own fails with is one of its failures, too."""
+    try:
+        return (yield from witness.look())
+    except _FAILURES:
+        raise
+    except Exception as error:
+        raise WitnessError(f"the witness failed: {error!r}") from error
 
 
 def _pause(seconds: float) -> Steps[None]:

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast
 
 from clockdrive import parse
-from clockdrive.answers import Answer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
+from clockdrive.answers import AxesAnswer, PassAnswer, PlanAnswer, pass_answer, plan_answer, rates_answer
 from clockdrive.assembly import instruments as instruments_of
 from clockdrive.assembly import surroundings as surroundings_of
 from clockdrive.best import best
@@ -129,7 +129,7 @@ def rates_at(
     *,
     instrument: str | None = None,
     drift: "Drift | None" = None,
-) -> Answer:
+) -> AxesAnswer:
     """Tracking rates of a target; nothing is contacted.
 
     Raises
@@ -162,7 +162,7 @@ def without_a_drive(
     return instruments, around, left
 
 
-def rates_of(planner: Planner, target: Target, time: float) -> Answer:
+def rates_of(planner: Planner, target: Target, time: float) -> AxesAnswer:
     """Tracking rates of a target in the first posture that the axis limits allow."""
     middle = tuple((axis.minimum + axis.maximum) / 2.0 for axis in planner.axes)
     states = [planner.track(target, time, posture, (middle[0], middle[1])) for posture in POSTURES]

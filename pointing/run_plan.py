@@ -2,12 +2,15 @@
 
 Places are fixed on the sky over the horizon, so that a plan holds for as long as a run takes, or for another night.
 Candidates are the points of a Fibonacci lattice, which covers a sphere evenly by area (Á. González 2010, Math.
-Geosci. 42, 49); both postures have one of their own. The lattice is as coarse as gives just enough candidates that
-are reached. The way is the nearest next place, improved by turning stretches of it round and by moving single places
-(2-opt and or-opt); what it is measured by is the time of the slower axis.
+Geosci. 42, 49); both postures have one of their own. Each point is shaken by a part of their distance, always the
+same: the lattice itself is a comb in azimuth, under which the error of a worm of 285 teeth passes for three waves a
+turn, as 288 is twice a Fibonacci number, and a fit would take that for a term. The lattice is as coarse as gives just
+enough candidates that are reached. The way is the nearest next place, improved by turning stretches of it round and
+by moving single places (2-opt and or-opt); what it is measured by is the time of the slower axis.
 """
 
 import math
+import random
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -26,7 +29,9 @@ MOST_PLACES = 1000
 _GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 _INSIDE = math.radians(2.0)  # of every limit, so that a place can be tracked for minutes
 _KEYHOLE = math.radians(3.0)  # about the pole of axis 1, where axis 1 must hurry
-_GROWTH = 1.1  # of the lattice from try to try
+_GROWTH = 2.0  # of the lattice from try to try at most
+_CAUTION = 0.97  # of what should give enough, as more would be thinned, which leaves holes
+_SHAKEN = 0.1  # of the distance of neighbours, to each side
 _FINEST = 64  # times as many points as places
 _AGAIN = 30  # times that the way is improved at most
 _PART_OF_A_TURN = 1e-9
@@ -57,7 +62,9 @@ class RunPlace:
         return from_azimuth_altitude(self.azimuth, self.altitude)
 
 
-def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0) -> tuple[RunPlace, ...]:
+def spread_places(
+    geometry: Geometry, n: int, time: float, lasts_s: float = 0.0, other: int = 0
+) -> tuple[RunPlace, ...]:
     """Spread n places evenly over the sky that the telescope reaches, in both postures where it has them.
 
     Parameters
@@ -68,6 +75,8 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
         How many.
     time, lasts_s : float
         POSIX seconds of the beginning, and for how long no place may come near the Sun.
+    other : int
+        Each number gives other places: for a run that has some already.
 
     Raises
     ------
@@ -77,9 +86,10 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
     if not 1 <= n <= MOST_PLACES:
         raise PointingError(f"a run of {n} places: 1 to {MOST_PLACES} are possible")
     suns = _suns(geometry, time, lasts_s)
-    points = n
-    while len(found := list(_reached(geometry, points, suns))) < n:
-        points = math.ceil(points * _GROWTH)
+    points = math.ceil(n / len(POSTURES))
+    while len(found := list(_reached(geometry, points, suns, other))) < n:
+        growth = _CAUTION * n / max(len(found), 1)
+        points = max(points + 1, int(points * min(growth, _GROWTH)))
         if points > _FINEST * n:
             raise PointingError(
                 f"the telescope reaches {len(found)} of {points} places of the sky, too few for a run of {n}: "
@@ -89,7 +99,7 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
 
 
 def star_places(
-    geometry: Geometry, n: int, time: float, lasts_s: float, stars: Iterable[Star]
+    geometry: Geometry, n: int, time: float, lasts_s: float, stars: Iterable[Star], other: int = 0
 ) -> tuple[RunPlace, ...]:
     """Choose those of some stars that are nearest to n places spread evenly, each once.
 
@@ -110,7 +120,7 @@ def star_places(
         if _is_reached(geometry, direction, posture, suns)
     ]
     chosen: list[RunPlace] = []
-    for place in spread_places(geometry, n, time, lasts_s):
+    for place in spread_places(geometry, n, time, lasts_s, other):
         free = [each for each in candidates if each.posture == place.posture and each not in chosen]
         if free:
             chosen.append(min(free, key=lambda each: separation(each.direction, place.direction)))
@@ -170,11 +180,14 @@ def _suns(geometry: Geometry, time: float, lasts_s: float) -> tuple[Vector, ...]
     return tuple(geometry.sky.at(Instant.from_posix(time + part * lasts_s)).sun() for part in (0.0, 0.5, 1.0))
 
 
-def _reached(geometry: Geometry, points: int, suns: Sequence[Vector]) -> Iterator[RunPlace]:
+def _reached(geometry: Geometry, points: int, suns: Sequence[Vector], other: int) -> Iterator[RunPlace]:
+    shaken = _SHAKEN * math.sqrt(math.tau / points)
     for turn, posture in enumerate(POSTURES):
+        chance = random.Random(f"{points} {posture} {other}")  # noqa: S311 - the same every time
         for i in range(points):
-            z = (i + 0.5) / points
-            azimuth = math.remainder((i + 0.5 * turn) * _GOLDEN, math.tau)
+            z = (i + 0.5 + chance.uniform(-_SHAKEN, _SHAKEN)) / points
+            aside = chance.uniform(-shaken, shaken) / math.sqrt(1.0 - z * z)
+            azimuth = math.remainder((i + 0.5 * turn) * _GOLDEN + other + aside, math.tau)
             direction = from_azimuth_altitude(azimuth, math.asin(z))
             if _is_reached(geometry, direction, posture, suns):
                 yield RunPlace(*azimuth_altitude(direction), posture)

@@ -25,10 +25,13 @@ if TYPE_CHECKING:
     from pointing.model.choice import Step
     from pointing.model.error_map import ErrorMap
     from pointing.model.fitted import Fit
+    from pointing.model.nights import Nights
+    from pointing.model.prediction import Prediction
 
 Array = NDArray[np.float64]
 
-_USED, _MASKED, _BEYOND = "tab:blue", "tab:red", "tab:orange"
+_USED, _BEYOND, _MASKED = "#0072B2", "#E69F00", "#000000"  # told apart by the colour-blind (Okabe and Ito 2008)
+_MARKERS = {_USED: ".", _BEYOND: "^", _MASKED: "x"}
 _LENGTH_DEG = 10.0  # of the median residual as an arrow on the map
 _BINS = 12
 _SIGNS = {"begun with": "", "taken": "+", "dropped": "−", "exchanged": "±", "left": "?"}
@@ -116,7 +119,7 @@ def plot_against(fit: "Fit", component: str, against: str, ax: "Axes | None" = N
     label, values = _abscissa(fit, against)
     residual = np.degrees(fit.residuals[("dX", "dY").index(component)]) * 3600.0
     for which, colour, name in _groups(fit):
-        ax.plot(values[which], residual[which], ".", color=colour, label=name)
+        _dots(ax, values[which], residual[which], colour, name)
     ax.axhline(0.0, color="grey", linewidth=0.5)
     ax.set(xlabel=label, ylabel=_component_label(fit, component))
     return ax
@@ -127,7 +130,7 @@ def plot_scatter(fit: "Fit", ax: "Axes | None" = None) -> "Axes":
     ax = _own(ax)
     dx, dy = np.degrees(fit.residuals) * 3600.0
     for which, colour, name in _groups(fit):
-        ax.plot(dx[which], dy[which], ".", color=colour, label=name)
+        _dots(ax, dx[which], dy[which], colour, name)
     angle = np.linspace(0.0, math.tau, 181)
     rms = fit.sky_rms_arcsec
     ax.plot(rms * np.cos(angle), rms * np.sin(angle), color="grey", label=f"sky RMS {rms:.2f}″")
@@ -189,7 +192,7 @@ def plot_error_map(error_map: "ErrorMap", ax: "Axes | None" = None) -> "Axes":
     filled = ax.contourf(x, y, sigma, levels=10, cmap="viridis")
     bar = ax.figure.colorbar(filled, ax=ax)
     bar.set_label("σ of the place, ″")
-    _horizon(ax)
+    _horizon(ax, over=True)
     ax.set_title("predicted error", fontsize="medium")
     return ax
 
@@ -212,6 +215,60 @@ def plot_choice(path: "Sequence[Step]", ax: "Axes | None" = None) -> "Axes":
     ax.set(ylabel="sky RMS, ″", ylim=(0.0, None))
     ax.legend(fontsize="small")
     return ax
+
+
+def plot_nights(
+    nights: "Nights",
+    name: str,
+    alone: "Sequence[Fit]" = (),
+    ax: "Axes | None" = None,
+    at: Any = None,  # noqa: ANN401
+) -> "Axes":
+    """Draw one coefficient over the runs of `fit_nights` as all of them together tell it, and in the next run.
+
+    Parameters
+    ----------
+    nights : Nights
+        The runs together.
+    name : str
+        The term.
+    alone : sequence of Fit
+        Fits of the single runs, drawn beside it with their standard deviations.
+    ax : Axes, optional
+        Where to draw.
+    at : sequence, optional
+        Abscissae of the runs and of the next one, such as dates; by default they are counted.
+
+    Raises
+    ------
+    KeyError
+        It is no term of these nights.
+    PointingError
+        matplotlib is not installed.
+    """
+    following = nights[name]
+    ax = _own(ax)
+    each = [_told(nights.of_run(run), name) for run in range(nights.runs)]
+    each.append((following.arcsec, following.sigma_arcsec))
+    x = np.arange(nights.runs + 1) if at is None else np.asarray(at)
+    value, sigma = np.array(each).T
+    ax.fill_between(x[:-1], (value - sigma)[:-1], (value + sigma)[:-1], color=_USED, alpha=0.25, linewidth=0.0)
+    ax.plot(x[:-1], value[:-1], color=_USED, label="all runs together, ±σ")
+    ax.errorbar(x[-1:], value[-1:], sigma[-1:], color=_USED, fmt="D", capsize=3.0, label="next run")
+    if alone:
+        own = np.array([_told(fit.prediction, name) for fit in alone]).T
+        ax.errorbar(x[: len(alone)], own[0], own[1], color=_BEYOND, fmt="o", capsize=2.0, label="each run alone, ±σ")
+    ax.set(xlabel="run" if at is None else "", ylabel=f"{name.upper()}, ″")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _told(prediction: "Prediction", name: str) -> tuple[float, float]:
+    """A coefficient of a prediction with its standard deviation, arcseconds."""
+    i = [each.name for each in prediction.model.terms].index(name.upper())
+    free = sum(prediction.free[:i])
+    sigma = math.sqrt(prediction.covariance[free, free]) if prediction.free[i] else 0.0
+    return math.degrees(prediction.model.coefficients[i]) * 3600.0, math.degrees(sigma) * 3600.0
 
 
 def _pyplot() -> Any:  # noqa: ANN401 - a module
@@ -239,6 +296,11 @@ def _groups(fit: "Fit") -> list[tuple[NDArray[np.bool_], str, str]]:
         (~used, _MASKED, "masked"),
     )
     return [group for group in both if group[0].any()]
+
+
+def _dots(ax: "Axes", x: Array, y: Array, colour: str, label: str) -> None:
+    size = 6.0 if _MARKERS[colour] == "." else 4.0
+    ax.plot(x, y, linestyle="none", marker=_MARKERS[colour], markersize=size, color=colour, label=label)
 
 
 def _component_label(fit: "Fit", component: str) -> str:
@@ -277,13 +339,13 @@ def _south_azimuth(place: Place) -> Array:
     return np.asarray(place.angle("A")[0])
 
 
-def _horizon(ax: "Axes") -> None:
-    """Circles of elevation and the points of the compass; no frame."""
+def _horizon(ax: "Axes", *, over: bool = False) -> None:
+    """Circles of elevation and the points of the compass, under what is drawn or over it; no frame."""
     angle = np.linspace(0.0, math.tau, 181)
     for elevation in (0.0, 30.0, 60.0):
-        radius = 90.0 - elevation
-        ax.plot(radius * np.sin(angle), radius * np.cos(angle), color="grey", linewidth=0.5, zorder=0)
-        ax.annotate(f"{elevation:.0f}°", (0.0, -radius), fontsize="small", color="grey")
+        radius, colour = 90.0 - elevation, "white" if over and elevation else "grey"
+        ax.plot(radius * np.sin(angle), radius * np.cos(angle), color=colour, linewidth=0.5, zorder=3 * over)
+        ax.annotate(f"{elevation:.0f}°", (0.0, -radius), fontsize="small", color=colour)
     for name, x, y in (("N", 0, 97), ("E", 97, 0), ("S", 0, -97), ("W", -97, 0)):
         ax.annotate(name, (x, y), ha="center", va="center")
     ax.set(xlim=(-103.0, 103.0), ylim=(-103.0, 103.0), aspect="equal")

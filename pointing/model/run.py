@@ -22,6 +22,9 @@ from pointing.site import Weather
 
 if TYPE_CHECKING:
     from astropy.table import QTable
+    from astropy.units import Quantity
+
+    from pointing.model.pointing_model import PointingModel
 
 Array = NDArray[np.float64]
 COORDINATES = {"equatorial": ("hour angle", "declination"), "altazimuth": ("azimuth", "elevation")}
@@ -179,6 +182,18 @@ class PointingRun:
         """Star minus telescope in axis 1 and axis 2, mechanical, in [−π, π): (n,) each."""
         star1, star2 = self.mechanical_star()
         return nearest_turn(star1 - self.axis1), nearest_turn(star2 - self.axis2)
+
+    def separations(self, model: "PointingModel") -> "Quantity":
+        """How far each star is on the sky from where a model says that the telescope points: (n,), arcseconds.
+
+        Of stars that the model was not fitted to, this is how well it points.
+        """
+        from astropy import units  # noqa: PLC0415 - takes astropy along
+
+        lon, lat = model.star(self.axis1, self.axis2)
+        seen = np.stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
+        chord = np.linalg.norm(seen - self.star_direction, axis=0)
+        return (2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0)) * units.rad).to(units.arcsec)
 
     def masked(self, indices: Iterable[int]) -> "PointingRun":
         """Return the run with some observations masked, counted from 0, on top of those that are already.

@@ -3,12 +3,18 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from astropy import units
-from telescope_bench import T0, telescope
+from astropy.coordinates import SkyCoord
+from astropy.utils import iers
+from orbit import Overhead
+from telescope_bench import T0, star_at, telescope
 
 from clockdrive.answers import Answer, observed, refusal, utc
 from clockdrive.figures import velocity_register
+
+WELL_KNOWN = 1_700_040_000.0  # the Earth's orientation of that day is observed, not predicted
 
 
 @pytest.mark.parametrize(
@@ -59,3 +65,49 @@ def test_a_table_for_notebooks_escapes_what_it_shows():
         "<table><tr><th>a</th><td>&lt;b&gt;</td></tr><tr><th>c</th><td>–</td></tr>"
         "<tr><th>d</th><td><table><tr><th>e</th><td>1.23457</td></tr></table></td></tr></table>"
     )
+
+
+def test_observed_places_are_those_of_astropys_own_chain(tmp_path):
+    star = SkyCoord(10.684, -57.236, unit="deg")
+    with telescope(tmp_path, WELL_KNOWN) as scope, iers.conf.set_temp("auto_download", value=False):
+        for answer in (scope.rates(star), scope.plan(star)):
+            theirs = star.transform_to(answer.observed.frame)
+            apart = theirs.separation(answer.observed).to_value("arcsec")
+            print(f"{type(answer).__name__}: {apart:.5f}″ from astropy's chain at {answer.observed.alt.deg:.0f}°")
+            assert apart < 0.001
+            assert answer.observed.alt.deg == pytest.approx(answer["observed"]["altitude_deg"], abs=1e-9)
+            assert answer.observed.az.deg == pytest.approx(answer["observed"]["azimuth_deg"], abs=1e-9)
+
+
+def test_angles_and_rates_are_quantities_of_both_axes(tmp_path):
+    with telescope(tmp_path) as scope:
+        for answer in (scope.rates("best"), scope.plan("best")):
+            axes = answer["axes"]
+            assert answer.angles.to_value("deg") == pytest.approx([axis["angle_deg"] for axis in axes])
+            assert answer.rates.to_value("deg/s") == pytest.approx([axis["rate_deg_s"] for axis in axes])
+            assert answer.rates.unit == units.arcsec / units.s
+
+
+def test_the_true_place_of_the_simulator_is_compared_with_a_target_in_one_frame(tmp_path):
+    with telescope(tmp_path, simulator__collimation_arcsec=180.0) as scope:
+        star = star_at(scope, 120.0, 50.0)
+        scope.goto(star)
+        scope.wait(5.0)
+        assert scope.true_place().is_equivalent_frame(scope.rates(star).observed)
+        apart = scope.true_place().separation(scope.rates(star).observed)
+        assert apart.to_value("arcsec") == pytest.approx(180.0, abs=1.0)
+
+
+def test_the_way_of_a_pass_is_a_table_whose_rates_are_the_slopes_of_its_angles(tmp_path):
+    with telescope(tmp_path, mount__type="altaz-fork") as scope:
+        ahead = scope.plan(Overhead(T0 + 900.0, math.radians(60.0), math.radians(3.0)))
+        way = ahead.way(0.5)
+    assert way["time"][0].unix == pytest.approx(ahead.moment.unix, abs=1e-6)
+    assert way["time"][-1].unix == pytest.approx(ahead.ends.unix, abs=1e-6)
+    for axis in ("axis1", "axis2"):
+        slope = np.gradient(way[axis].to_value("deg"), way["time"].unix)[2:-2]
+        off = np.abs(slope - way[f"{axis}_rate"].to_value("deg/s")[2:-2])
+        print(f"{axis}: rate off its slope by {off.max():.2e} deg/s at most, 0.5 s apart")
+        assert off.max() < 5e-3 * np.abs(slope).max()
+    assert np.allclose(way["azimuth"].to_value("deg") % 360.0, way["axis1"].to_value("deg") % 360.0, atol=1e-6)
+    assert np.allclose(way["altitude"].to_value("deg"), way["axis2"].to_value("deg"), atol=1e-6)

@@ -14,6 +14,7 @@ from pointing.errors import PointingError
 from pointing.model import plots
 from pointing.model.error_map import error_map
 from pointing.model.fit import fit
+from pointing.model.nights import fit_nights
 from pointing.model.run import PointingRun
 
 mpl.use("Agg")
@@ -30,7 +31,7 @@ def fitted(mount="fork", mask=(), latitude_deg=40.0):
 
 
 def marks(ax):
-    return sum(len(line.get_xdata()) for line in ax.lines if line.get_marker() == ".")
+    return sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None")
 
 
 def test_the_nine_panels_show_every_observation_in_each():
@@ -58,7 +59,7 @@ def test_a_panel_of_an_altazimuth_mount_has_its_coordinates_and_true_zenith_dist
 def test_the_sides_of_a_pier_and_what_is_masked_are_told_apart(ax):
     found = fitted("german", mask=[0, 1])
     plots.plot_scatter(found, ax)
-    counts = {line.get_label(): len(line.get_xdata()) for line in ax.lines if line.get_marker() == "."}
+    counts = {line.get_label(): len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None"}
     beyond = int(np.count_nonzero(found.run.beyond[2:]))
     assert counts == {"normal": 48 - beyond, "beyond the pole": beyond, "masked": 2}
     assert ax.get_xlabel() == "dX, west in normal posture, ″"
@@ -67,7 +68,7 @@ def test_the_sides_of_a_pier_and_what_is_masked_are_told_apart(ax):
 def test_the_scatter_has_a_circle_of_the_sky_rms(ax):
     found = fitted()
     plots.plot_scatter(found, ax)
-    circle = next(line for line in ax.lines if line.get_marker() != ".")
+    circle = next(line for line in ax.lines if line.get_linestyle() != "None")
     assert np.allclose(np.hypot(*circle.get_data()), found.sky_rms_arcsec)
     assert circle.get_label() == f"sky RMS {found.sky_rms_arcsec:.2f}″"
 
@@ -151,6 +152,24 @@ def test_the_path_of_a_choice_shows_both_residuals_of_each_step(ax):
     assert [list(line.get_ydata()) for line in ax.lines] == [[90.0, 40.0, 41.0], [95.0, 45.0, 44.0]]
     assert [label.get_text() for label in ax.get_xticklabels()] == ["IH ID", "+CH", "−ME"]
     assert ax.get_ylabel() == "sky RMS, ″"
+
+
+def test_a_coefficient_over_the_nights_is_drawn_with_what_each_run_says_alone_and_with_the_next(ax):
+    rng = np.random.default_rng(8)
+    runs = [simulated_run("fork", 40.0, TRUTH["fork"] | {"ME": 200.0 + i}, 20, rng).run for i in range(5)]
+    names = " ".join(TRUTH["fork"])
+    nights, alone = fit_nights(runs, names), [fit(run, names) for run in runs]
+    plots.plot_nights(nights, "me", alone, ax)
+    together, following, own = (line.get_ydata() for line in ax.lines if line.get_marker() != "_")
+    assert together == pytest.approx([nights.of_run(i).model.arcsec["ME"] for i in range(5)], abs=1e-9)
+    assert following == pytest.approx([nights["ME"].arcsec])
+    assert own == pytest.approx([each["ME"].arcsec for each in alone])
+    bars = ax.containers[-1].lines[2][0].get_segments()
+    sigma = [math.sqrt(each.covariance[5, 5]) / math.radians(1 / 3600) for each in alone]
+    assert [np.ptp(bar[:, 1]) / 2.0 for bar in bars] == pytest.approx(sigma)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("run", "ME, ″")
+    with pytest.raises(KeyError, match="TX is no term of these nights"):
+        plots.plot_nights(nights, "TX")
 
 
 def test_given_axes_leave_the_figures_of_pyplot_alone():

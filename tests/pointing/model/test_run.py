@@ -1,12 +1,16 @@
 """What a pointing run is, and what it refuses to be."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated_runs import ARCSEC, TRUTH, simulated_run
 
 from pointing.errors import PointingError
+from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun, nearest_turn
+from pointing.model.terms import terms
 
 STAR = ([10.0, -170.0, 350.0], [40.0, -20.0, 80.0])
 
@@ -25,6 +29,19 @@ def test_what_is_not_given_has_its_neutral_value():
     assert np.isnan(made.time).all()
     assert made.auxiliary.shape == (3, 0)
     assert made.line.tolist() == [0] * 3
+
+
+@pytest.mark.parametrize("mount", ["fork", "german", "altazimuth"])
+def test_stars_are_apart_from_where_a_model_points_by_what_was_added_to_them(mount):
+    rng = np.random.default_rng(31)
+    made = simulated_run(mount, 40.0, TRUTH[mount], 60, rng, noise_arcsec=0.0).run
+    coefficients = tuple(ARCSEC * value for value in TRUTH[mount].values())
+    model = PointingModel(made.mount, made.latitude, terms(list(TRUTH[mount]), made.mount), coefficients)
+    for arcsec in (0.0, 2.0, 7200.0):
+        moved = replace(made, star2=made.star2 + arcsec * ARCSEC)  # along a great circle
+        apart = moved.separations(model).to_value("arcsec")
+        print(f"{mount}: moved by {arcsec:g}″, apart by {apart.min():.4f}″ to {apart.max():.4f}″")
+        assert apart == pytest.approx(np.full(60, arcsec), abs=1e-5)
 
 
 def test_no_array_can_be_changed_behind_its_back():
