@@ -117,7 +117,10 @@ class Observing:
         stuck = 0
         while (placed := self._next(name)) is not None:
             try:
-                seen = yield from self._visit(name, placed, witness, settle_s, watch)
+                self._tell(name, placed, "slewing", "", watch)
+                target = yield from self._arrived(placed.place, settle_s)
+                self._tell(name, placed, "looking", "", watch)
+                seen = yield from self.look(target.name, witness, settle_s)
             except _FAILURES as error:
                 self._session.forget_target()
                 stuck = 0 if isinstance(error, WitnessError | PointingError) else stuck + 1
@@ -175,15 +178,36 @@ class Observing:
         if not run.observations and len(run.skipped) == _BLIND and not any(each.tries > 1 for each in run.skipped):
             raise Refused(f"nothing was seen at the first {_BLIND} places, the last time: {why}. {resume}")
 
-    def _visit(
-        self, name: str, placed: PlacedStar, witness: SkyWitness, settle_s: float, watch: Watch
-    ) -> Steps[Observation]:
+    def visit(self, place: RunPlace, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
+        """Go to a place, settle, and look.
+
+        Raises
+        ------
+        WitnessError
+            The witness sees nothing, or something that cannot be.
+        Refused, Unreachable, DriveError
+            As for any slew.
+        """
+        target = yield from self._arrived(place, settle_s)
+        return (yield from self.look(target.name, witness, settle_s))
+
+    def _arrived(self, place: RunPlace, settle_s: float) -> Steps[Star]:
+        """Go to a place; return what is tracked there."""
         session = self._session
-        self._tell(name, placed, "slewing", "", watch)
         session.forget_target()
-        target = self._met(placed.place, settle_s)
-        yield from self._slewing.goto(target, _nobody, posture=placed.place.posture)
-        self._tell(name, placed, "looking", "", watch)
+        target = self._met(place, settle_s)
+        yield from self._slewing.goto(target, _nobody, posture=place.posture)
+        return target
+
+    def look(self, name: str, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
+        """Look at what is tracked, of a name.
+
+        Raises
+        ------
+        WitnessError, Refused
+            As for `visit`.
+        """
+        session = self._session
         yield from self._tracked(_pause(settle_s))
         sighting = yield from self._tracked(_looked(witness))
         session.poll()  # so that there is a reading after the exposure
@@ -194,7 +218,7 @@ class Observing:
                 f"the witness saw it {off:.1f}° from where the telescope believes to point, at most "
                 f"{IMPLAUSIBLE_DEG:g}° are believed: check the witness, the clock and the site, or `sync`"
             )
-        return self._observation(target, counts, sighting)
+        return self._observation(name, counts, sighting)
 
     def _counts(self, time: float) -> tuple[float, float]:
         """Where the axes were at the moment of an exposure.
@@ -251,7 +275,7 @@ class Observing:
         finally:
             steps.close()
 
-    def _observation(self, target: Star, counts: tuple[float, float], sighting: Sighting) -> Observation:
+    def _observation(self, target: str, counts: tuple[float, float], sighting: Sighting) -> Observation:
         session, planner = self._session, self._session.planner
         axis1, axis2 = planner.angles(counts)
         azimuth, altitude = azimuth_altitude(sighting.observed)
@@ -264,7 +288,7 @@ class Observing:
             azimuth_deg=math.degrees(azimuth) % 360.0,
             altitude_deg=math.degrees(altitude),
             sigma_arcsec=sighting.sigma_arcsec,
-            target=target.name,
+            target=target,
             synchronised=synchronised[0].time if synchronised else None,
             weather=vars_of(session.surroundings.air.weather),
             in_force=self._in_force(),
@@ -280,6 +304,7 @@ class Observing:
             "pointing_model_arcsec": None if mount.model is None else mount.model.arcsec,
             "offset_east_arcsec": east,
             "offset_north_arcsec": north,
+            "zero": vars(store.zero()),
         }
 
     def _off(self, seen: Observation) -> str:

@@ -228,7 +228,7 @@ class RunStore:
 
     def forget(self, name: str) -> None:
         """Delete a run with its observations."""
-        key = self._key(self._named(name))
+        key = self._key(name)
         with self._file.transaction(durable=True):
             for table, column in (("observations", "run"), ("places", "run"), ("runs", "id")):
                 self._file.execute(f"DELETE FROM {table} WHERE {column} = ?", (key,))  # noqa: S608 - our own names
@@ -280,10 +280,18 @@ class RunStore:
             raise InputError(f"no pointing run {name!r}: there is {', '.join(names)}")
         return name
 
-    def _key(self, name: str) -> int:
-        return int(
-            self._file.rows("SELECT id FROM runs WHERE telescope = ? AND name = ?", self.telescope, name)[0][0]
+    def _key(self, name: str | None) -> int:
+        """The number of a run.
+
+        Raises
+        ------
+        InputError
+            There is none of this name.
+        """
+        rows = self._file.rows(
+            "SELECT id FROM runs WHERE telescope = ? AND name = ?", self.telescope, self._named(name)
         )
+        return int(rows[0][0])
 
     def _add_places(self, key: int, places: Sequence[RunPlace]) -> None:
         first = self._file.rows("SELECT count(*) FROM places WHERE run = ?", key)[0][0]

@@ -10,6 +10,7 @@ from typing import Any
 from clockdrive.commission.calls import commission_calls
 from clockdrive.drive_registers import drive_calls
 from clockdrive.errors import InputError
+from clockdrive.run_calls import run_calls
 from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
 
@@ -32,6 +33,7 @@ class Service:
             **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
             **drive_calls(telescope),
+            **run_calls(telescope),
             "drive_at": lambda args, emit: (
                 telescope.drive_at(args["deg_s"][0], args["deg_s"][1], args["seconds"], _reported(emit)).json
             ),

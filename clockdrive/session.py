@@ -179,7 +179,9 @@ class Session:
         name, now = self.pursuit.target.name, self.clock.now()
         try:
             off = 0.0 if self.reading is None else self.pursuit.astray_arcsec(self.reading) / 3600.0
-            if off > _LARGEST_ERROR_DEG:  # no path is checked on the way that tracking would close it
+            if (
+                off > _LARGEST_ERROR_DEG and self.doing != "slewing"
+            ):  # no path is checked on the way that tracking would close it
                 self.halt(
                     f"the telescope is {off:.1f}° off {name}, more than {_LARGEST_ERROR_DEG:g}°: `goto` it again"
                 )
@@ -243,7 +245,9 @@ class Session:
             if self.doing not in _HELD or not moved_by_others(reading):
                 return None
             return rests_at(reading, self.drive.slew_models, _HELD[self.doing])
-        return None if self.pursuit.led else rests_at(reading, self.drive.slew_models, self._period)
+        if self.pursuit.led or self.doing == "slewing":
+            return None
+        return rests_at(reading, self.drive.slew_models, self._period)
 
     def _barred(self, reading: Reading) -> tuple[Check, ...]:
         return () if self.pursuit is None else self.pursuit.barred(reading)

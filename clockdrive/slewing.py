@@ -23,7 +23,6 @@ _SLEW_PERIOD_S = 0.25
 _LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
 _LANDING_WINDOW_S = 0.4
 _ABSORBED_ARCSEC = 60.0  # an error on arrival that tracking closes by itself
-_SETTLED_COUNTS = 2.0
 _SETTLING_PERIOD_S = 0.5
 _SETTLE_S = 15.0
 _MOST_SLEWS = 4
@@ -148,8 +147,8 @@ class Slewing:
                 if plans[-1].via is not None:
                     session.halt(f"{target.name}: the horizon or the Sun bars the way on from here; `goto` it again")
             if plans[-1].trajectory is None:
-                yield from self._slew(plans[-1], "slewing", report)
-                pursuit = session.pursue(target, plans[-1])
+                yield from self._slew(plans[-1], "slewing", report, onto=target)
+                pursuit = session.pursuit or session.pursue(target, plans[-1])
             else:
                 pursuit = yield from self._lead(target, plans[-1], report)
             landed = session.synchronised()
@@ -300,13 +299,26 @@ class Slewing:
             session.poll()
         return pursuit
 
-    def _slew(self, plan: Plan, doing: str, report: Report, speeds: dict[int, float] | None = None) -> Steps[None]:
+    def _slew(
+        self,
+        plan: Plan,
+        doing: str,
+        report: Report,
+        speeds: dict[int, float] | None = None,
+        onto: Target | None = None,
+    ) -> Steps[None]:
+        """Slew and wait for the landing; a drive of path nodes is given those of a target, `onto`, meanwhile."""
         session, speeds = self._session, speeds or {}
         session.begin(_activity(plan, doing))
-        slews = [AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i)) for i, axis in enumerate(plan.axes)]
+        due = plan.landings if not session.drive.axes_land_together else (plan.arrival, plan.arrival)
+        slews = [
+            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
+        ]
         with self._stopped_on_failure():
             session.drive.start(slews, session.clock.now())
             session.remember()
+            if onto is not None and session.drive.capabilities.path_nodes:
+                session.pursue(onto, plan)
             yield from self._landing(plan, report)
 
     @contextmanager
@@ -332,6 +344,7 @@ class Slewing:
             report(_progress(plan, reading))
             if not any(axis.slewing for axis in reading.axes):
                 return
+            session.follow()
 
     def _give_up_on_silence(self) -> None:
         session = self._session
@@ -349,7 +362,8 @@ class Slewing:
         while session.pursuit is pursuit:
             began = session.clock.now()
             due = began + session.follow()
-            if max(map(abs, pursuit.errors(session.synchronised()))) <= _SETTLED_COUNTS:
+            errors = pursuit.errors(session.synchronised())
+            if all(abs(off) <= axis.landed for off, axis in zip(errors, session.planner.axes, strict=True)):
                 return
             if session.clock.now() > deadline:
                 session.note("tracking", "the telescope does not settle on the target; check balance and clutches")
@@ -361,10 +375,11 @@ class Slewing:
         """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""
         self._session.poll()
         reading = self._session.synchronised()
-        for axis, read in zip(plan.axes, reading.axes, strict=False):
+        for axis, setup, read in zip(plan.axes, self._session.planner.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
-            if off > _SETTLED_COUNTS + read.uncertainty_counts:
-                self._session.halt(f"{plan.target}: {axis.name} ended {off:.0f} counts short; check what blocks it")
+            if off > setup.landed + read.uncertainty_counts:
+                short = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
+                self._session.halt(f"{plan.target}: {axis.name} ended {short} short; check what blocks it")
 
 
 def _activity(plan: Plan, doing: str) -> Activity:

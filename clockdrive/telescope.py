@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from clockdrive import assembly, parse
+from clockdrive import assembly, model_in_force, parse
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import (
     Answer,
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from astropy.coordinates import SkyCoord
     from astropy.io.fits import Header
 
+    from clockdrive.alignment import Alignment
     from clockdrive.commission import Stage
     from clockdrive.drives.kind import Simulated
     from clockdrive.observing import RunProgress
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from mounts.commissioning import Finding
     from pointing.model.fitted import Fit
     from pointing.model.pointing_model import PointingModel
+    from pointing.model.words import Pole
     from transports.link import Clock
     from transports.memory import Device
 
@@ -496,7 +498,14 @@ class Telescope:
 
     def clear(self, correction: str) -> None:
         """Remove a correction by its name in `status`, or both of a kind: `offset`, `guide`, `centre`."""
-        self._control.call(lambda: self._adjusting.clear(correction))
+
+        def clear() -> None:
+            if correction == model_in_force.NAME and self._model.by_hand:
+                self._model.clear()
+            else:
+                self._adjusting.clear(correction)
+
+        self._control.call(clear)
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""
@@ -564,20 +573,54 @@ class Telescope:
         self._perform(taking.observing.run(name, seer, finite("settling for", settle_s, "seconds"), watch))
         return self.runs.report(name)
 
-    def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
-        """Point with another pointing model from now on, until this telescope is closed.
+    def polar_alignment(
+        self,
+        witness: "str | SkyWitness" = "simulator",
+        *,
+        pole: "Pole" = "true",
+        settle_s: float = 1.0,
+        report: Callable[[str], object] = lambda text: None,  # noqa: ARG005 - nobody reads
+        ask: Callable[[str], object] = print,
+    ) -> "Alignment":
+        """Look at three stars and say what to turn on the mount; each `look()` at the result says what is left.
 
         Parameters
         ----------
-        model : Fit, PointingModel, path or None
-            The model, or a file of one; None for none. `[mount] pointing_model` puts one in force for good.
+        witness, settle_s, ask
+            As for `pointing_run`.
+        pole : str
+            To which a polar axis shall point: the `true` pole, or the `refracted` one.
+        report : callable
+            Told of each star.
+
+        Raises
+        ------
+        Refused, WitnessError
+            Not now; too few stars were seen.
+        """
+        from clockdrive.alignment import Alignment  # noqa: PLC0415 - as in `runs`
+
+        seer = self._sky_witness(witness, ask)
+        settle = finite("settling for", settle_s, "seconds")
+        return Alignment.begun(self._session, self._slewing, self.runs, seer, pole, settle, self._perform, report)
+
+    def use_model(self, model: "Fit | PointingModel | RunReport | str | Path | None") -> None:
+        """Point with another pointing model from now on, beyond the end of this process; `status` names it.
+
+        A sync that comes after it changes the index of the axes alone. `clear("pointing model")` ends it, and the
+        one of `[mount] pointing_model` is in force again.
+
+        Parameters
+        ----------
+        model : RunReport, Fit, PointingModel, path or None
+            The model, or a file of one; None for none.
 
         Raises
         ------
         Refused, PointingError
             The telescope is not at rest; it is no model of this mount.
         """
-        self._control.call(lambda: self._adjusting.use_model(model))
+        self._control.call(lambda: self._model.use(model))
 
     # Commissioning ---------------------------------------------------------------------------------------------
 
@@ -660,6 +703,8 @@ class Telescope:
                 self._instruments.take(chosen)
             around = assembly.surroundings(self.configuration, planner, self.clock)
             session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
+            self._model = model_in_force.ModelInForce(session, configuration.state_directory)
+            self._model.take_up()
             session.open(make_safe=self.ownership.previous_owner_died)
         except BaseException:
             self._store.close()

@@ -5,6 +5,7 @@ import random
 from typing import TYPE_CHECKING
 
 from clockdrive.control import Steps
+from clockdrive.gear_teeth import GearTeeth
 from clockdrive.witness import Sighting
 from pointing.gearing import Gearing
 from pointing.vectors import Vector
@@ -52,6 +53,7 @@ class SimulatedSky:
     ) -> None:
         self._device, self._gearings, self.mount, self._clock = device, gearings, mount, clock
         self._noise_arcsec, self._seed = noise_arcsec, seed
+        self._ahead = 1.0  # or −1, where the visible end of the polar axis is the south end
 
     @classmethod
     def of(cls, device: "Simulated", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
@@ -59,12 +61,16 @@ class SimulatedSky:
         from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
         from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
 
-        worm = 1.0 / float(configuration.axes[0].main_gear)
+        gear = configuration.values.get("axis1.main_gear")
+        worm = 1.0 / float(gear) if isinstance(gear, GearTeeth) else 1.0  # turns of the worm a turn of axis 1
         latitude = math.radians(configuration.site.latitude_deg)
         simulator = configuration.simulator
         mount = TrueMount(simulator, configuration.mount.type, latitude, worm)
         one, two = (axis.gearing for axis in kind_of(configuration).axes(configuration))
-        return cls(device, (one, two), mount, clock, simulator.sky_noise_arcsec, simulator.seed)
+        made = cls(device, (one, two), mount, clock, simulator.sky_noise_arcsec, simulator.seed)
+        if configuration.mount.type != "altaz-fork" and latitude < 0.0:
+            made._ahead = -1.0
+        return made
 
     def observed(self) -> Vector:
         """The observed direction at which the tube really points now, horizon frame."""
@@ -80,17 +86,17 @@ class SimulatedSky:
         seen = self._blurred(self.observed())
         return Sighting(seen, self._clock.now(), max(self._noise_arcsec, _SURE_ARCSEC))
 
-    def turn_knobs(self, raise_arcsec: float = 0.0, east_arcsec: float = 0.0) -> None:
-        """Turn the knobs under the mount.
+    def turn_knobs(self, first_arcsec: float, second_arcsec: float) -> None:
+        """Turn the knobs under the mount, as an alignment advises.
 
         Parameters
         ----------
-        raise_arcsec : float
-            By how much its north end rises, about the line from east to west.
-        east_arcsec : float
-            By how much its north end goes east, about the vertical.
+        first_arcsec : float
+            By how much the end of the polar axis at the visible pole rises; the north side of an altazimuth mount.
+        second_arcsec : float
+            By how much that end goes east, about the vertical; the west side of an altazimuth mount rises.
         """
-        self.mount.lean(raise_arcsec * _ARCSEC, east_arcsec * _ARCSEC)
+        self.mount.lean(self._ahead * first_arcsec * _ARCSEC, self._ahead * second_arcsec * _ARCSEC)
 
     def _blurred(self, direction: Vector) -> Vector:
         if not self._noise_arcsec:

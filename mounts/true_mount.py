@@ -141,11 +141,14 @@ class TrueMount:
         axis1 = self._plays[0].follow(motor1 + self._periodic * sin(self._worm_turns * motor1))
         return self.observed(axis1, self._plays[1].follow(motor2))
 
-    def lean(self, raised: float, eastward: float) -> None:
-        """Turn the whole mount on the ground, radians: its north end up, then eastward about the zenith."""
-        up, round_ = rotation(0.0, raised, 0.0), rotation(0.0, 0.0, -eastward)
-        ground = self._horizon.T @ round_ @ up @ self._horizon  # from the base frame to the ground and back
-        self._tilt = ground @ self._tilt
+    def lean(self, first: float, second: float) -> None:
+        """Turn the whole mount on the ground, radians: its north end up, then eastward about the zenith.
+
+        Under an altazimuth mount it is its north side up, then its west side.
+        """
+        up = rotation(0.0, first, 0.0)
+        then = rotation(-second, 0.0, 0.0) if self._altazimuth else rotation(0.0, 0.0, -second)
+        self._tilt = self._horizon.T @ then @ up @ self._horizon @ self._tilt
 
     def _droop(self, x: float, y: float, z: float) -> Direction:
         """Move the direction away from the zenith by TF sin Z."""

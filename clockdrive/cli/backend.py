@@ -14,7 +14,7 @@ from transports.errors import TransportError
 if TYPE_CHECKING:
     from clockdrive.telescope import Telescope
 
-_MOVING = frozenset({"centre", "drive_at", "flip", "goto", "home", "instrument", "jog", "park"})
+_MOVING = frozenset({"centre", "drive_at", "flip", "goto", "home", "instrument", "jog", "park", "pointing_run"})
 
 OnEvent = Callable[[Mapping[str, Any]], object]
 

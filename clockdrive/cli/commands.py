@@ -13,6 +13,7 @@ from clockdrive.cli.backend import Backend, backend, configuration_of, interrupt
 from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
 from clockdrive.cli.fit_command import fit, model
+from clockdrive.cli.pointing_run_command import pointing_run
 from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
@@ -357,6 +358,7 @@ COMMANDS: dict[str, Command] = {
     "park": go,
     "passes": passes,
     "plan": plan,
+    "pointing-run": pointing_run,
     "rates": rates,
     "report": report,
     "run": run,

@@ -26,16 +26,29 @@ def add_fit(add: Adder) -> None:
     """Add the grammar of `fit` and `model`."""
     fit = add("fit", "fit a pointing model to a file of observations (TPOINT, SPK or ECSV)")
     fit.add_argument("file", metavar="FILE", help="the run of observations")
-    which = fit.add_mutually_exclusive_group()
-    which.add_argument("--terms", metavar="NAMES", help='as in "IH ID CH"; without it the usual ones of the mount')
-    which.add_argument("--auto", action="store_true", help="choose the terms that the run asks for")
-    fit.add_argument("--fixed", metavar="NAME=ARCSEC", help='terms that keep a coefficient, as in "CH=0 TF=12.5"')
+    add_file_options(fit)
+    add_fit_options(fit)
+    model = add("model", "show, check or compare pointing-model files")
+    model.add_argument("action", choices=("show", "check", "compare"))
+    model.add_argument("files", nargs="+", metavar="FILE", help="in TPOINT's form")
+
+
+def add_file_options(fit: argparse.ArgumentParser) -> None:
+    """Add how a file of observations is read."""
     fit.add_argument("--places", choices=PLACES, help="frame of an equatorial TPOINT file's right ascensions")
     fit.add_argument(
         "--weather",
         metavar="HPA,C[,HUMIDITY]",
         help="of apparent and ICRS places, instead of the file's; none: no air",
     )
+
+
+def add_fit_options(fit: argparse.ArgumentParser) -> None:
+    """Add how observations are fitted, and what is written of it."""
+    which = fit.add_mutually_exclusive_group()
+    which.add_argument("--terms", metavar="NAMES", help='as in "IH ID CH"; without it the usual ones of the mount')
+    which.add_argument("--auto", action="store_true", help="choose the terms that the run asks for")
+    fit.add_argument("--fixed", metavar="NAME=ARCSEC", help='terms that keep a coefficient, as in "CH=0 TF=12.5"')
     fit.add_argument("--robust", action="store_true", help="weigh down what lies far off")
     fit.add_argument("--outliers", action="store_true", help="find and mask observations that do not belong")
     fit.add_argument("--by-pier", action="store_true", help="let the index errors differ beyond the pole")
@@ -44,33 +57,41 @@ def add_fit(add: Adder) -> None:
     fit.add_argument("-o", "--output", metavar="FILE", help="write the model in TPOINT's form")
     fit.add_argument("--residuals", metavar="FILE", help="write the residuals as an ECSV table")
     fit.add_argument("--plot", metavar="FILE", help="draw the residuals into a .png, .pdf or .svg; needs matplotlib")
-    model = add("model", "show, check or compare pointing-model files")
-    model.add_argument("action", choices=("show", "check", "compare"))
-    model.add_argument("files", nargs="+", metavar="FILE", help="in TPOINT's form")
 
 
-def fit(args: argparse.Namespace) -> None:
-    """Fit, show the result, and write what is asked for; what could not be written is refused before."""
+def wanted_of(args: argparse.Namespace) -> "Wanted":
+    """How a person wants a run fitted.
+
+    Raises
+    ------
+    InputError
+        An option makes no sense.
+    """
     from clockdrive.fitting import Wanted  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
     if args.auto and args.fixed:
         raise InputError("--fixed goes with --terms: with --auto the terms are not known beforehand")
     if args.terms is not None:
         _refuse_unknown(args.terms)
-    wanted = Wanted(
-        args.terms or "", args.auto, _fixed(args.fixed), args.places, _weather(args.weather), args.robust,
-        args.outliers, args.by_pier, _indices(args.mask), args.pole,
+    return Wanted(
+        args.terms or "", args.auto, _fixed(args.fixed), args.places, weather_of(args.weather), args.robust,
+        args.outliers, args.by_pier, indices(args.mask), args.pole,
     )  # fmt: skip
-    _refuse_unwritable(args)
+
+
+def fit(args: argparse.Namespace) -> None:
+    """Fit, show the result, and write what is asked for; what could not be written is refused before."""
+    wanted = wanted_of(args)
+    refuse_unwritable(args)
     found = _fitted(args.file, wanted)
     if args.json:
-        display.as_json({**found.json, "written": list(_write(args, found.fit))})
+        display.as_json({**found.json, "written": list(write_results(args, found.fit))})
         return
     steps = [] if found.choice is None else [f"{step.action} {step.term}: {step.why}" for step in found.choice.path]
     findings = [f"beware: {each}" for each in found.findings]
     lines = [*steps, repr(found.fit), *findings, found.advice]
     print("\n".join(line for line in lines if line), flush=True)
-    for name in _write(args, found.fit):
+    for name in write_results(args, found.fit):
         print(f"written: {name}", flush=True)
 
 
@@ -106,7 +127,8 @@ def _refuse_unknown(names: str) -> None:
 
 def _refuse_overwriting(args: argparse.Namespace) -> None:
     """Refuse to write over the observations, or two things into one file."""
-    taken = {Path(args.file).resolve(): "the observations"}
+    file = getattr(args, "file", None)
+    taken = {} if file is None else {Path(file).resolve(): "the observations"}
     for option, name in (("--plot", args.plot), ("--residuals", args.residuals), ("--output", args.output)):
         if not name:
             continue
@@ -115,7 +137,7 @@ def _refuse_overwriting(args: argparse.Namespace) -> None:
         taken[file] = f"what {option} writes"
 
 
-def _refuse_unwritable(args: argparse.Namespace) -> None:
+def refuse_unwritable(args: argparse.Namespace) -> None:
     """Refuse files that could not be written, before a long fit and before another one is replaced."""
     _refuse_overwriting(args)
     for option, name in (("--plot", args.plot), ("--residuals", args.residuals), ("--output", args.output)):
@@ -133,7 +155,7 @@ def _refuse_unwritable(args: argparse.Namespace) -> None:
         refuse_undrawable(args.plot)
 
 
-def _write(args: argparse.Namespace, found: "Fit") -> Iterator[str]:
+def write_results(args: argparse.Namespace, found: "Fit") -> Iterator[str]:
     """Write the files that were asked for, one by one with its name; the model last, as it may replace one in use."""
     if args.plot:
         from pointing.model.plots import save_panels  # noqa: PLC0415 - takes matplotlib along
@@ -166,7 +188,7 @@ def _fixed(text: str | None) -> dict[str, float]:
     return found
 
 
-def _weather(text: str | None) -> "Weather | None":
+def weather_of(text: str | None) -> "Weather | None":
     """The air of `1010,12` or `1010,12,0.6`, or that of `none`, which does not refract."""
     from pointing.site import Weather  # noqa: PLC0415 - as in `fit`
 
@@ -187,10 +209,11 @@ def _weather(text: str | None) -> "Weather | None":
         raise PointingError(f"--weather {text}: {error}") from None
 
 
-def _indices(text: str | None) -> tuple[int, ...]:
+def indices(text: str | None) -> tuple[int, ...]:
+    """Observations of `3,7`, counted from 0."""
     words = (text or "").replace(",", " ").split()
     if not all(word.isdecimal() for word in words):
-        raise InputError(f"--mask {text}: give observations counted from 0, as in 3,7")
+        raise InputError(f"{text}: give observations counted from 0, as in 3,7")
     return tuple(int(word) for word in words)
 
 

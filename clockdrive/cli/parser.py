@@ -7,6 +7,7 @@ from importlib import metadata
 from clockdrive.cli.commission_command import add_commission
 from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
+from clockdrive.cli.pointing_run_command import add_pointing_run
 from clockdrive.configuration_keys import DRIVE_KINDS
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
@@ -39,6 +40,7 @@ def parser() -> argparse.ArgumentParser:
     _correcting(add, add_with_target)
     _guiding(add)
     add_fit(add)
+    add_pointing_run(add)
     _serving(add)
     _around(add)
     return root

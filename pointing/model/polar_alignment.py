@@ -190,22 +190,74 @@ def polar_alignment(fit: "Fit", pole: Pole = "true", weather: Weather | None = N
     refuse_nonsense(fit)
     model = _tilt_of(fit.model)
     sigmas = _sigmas(fit)
-    known = {name: 1.0 if name in model.arcsec else math.nan for name in TILTS[model.kind]}
-    if model.kind == "altazimuth":
-        south, east, up = _turned(model, (0.0, 0.0, 1.0))
-        return AxisTilt(
-            math.atan2(-south, up) * _ARCSEC * known["AN"], sigmas["AN"],
-            math.atan2(-east, up) * _ARCSEC * known["AW"], sigmas["AW"], registers(fit.model),
-        )  # fmt: skip
-    altitude, east_off = _visible_end(model)
-    latitude = model.latitude
-    lift = refracted_pole(latitude, weather or fit.run.weather or Weather.standard(0.0))
+    first, second = (1.0 if name in model.arcsec else math.nan for name in TILTS[model.kind])
+    one, other = (sigmas[name] for name in TILTS[model.kind])
+    if model.kind == "equatorial":
+        other /= max(math.cos(model.latitude), 1e-9)
+    air = weather or fit.run.weather or Weather.standard(0.0)
+    return advice(
+        model.kind, model.latitude, end_of_axis(model), (one * first, other * second), registers(fit.model), pole, air
+    )
+
+
+def advice(
+    kind: MountKind,
+    latitude: float,
+    end: Vector,
+    sigmas_arcsec: tuple[float, float],
+    tilt: Registers,
+    pole: Pole,
+    weather: Weather,
+) -> PolarAlignment | AxisTilt:
+    """Return what to turn for an axis 1 whose end is seen at a place.
+
+    Parameters
+    ----------
+    kind : MountKind
+        What the axes measure.
+    latitude : float
+        Radians.
+    end : Vector
+        Of the axis at the visible pole, or at the zenith, horizon frame.
+    sigmas_arcsec : tuple of float
+        Of both angles to turn; NaN where nothing is known of one.
+    tilt : Registers
+        The same as the mount's registers.
+    pole, weather
+        As for `polar_alignment`.
+    """
+    unknown = tuple(0.0 * sigma for sigma in sigmas_arcsec)  # 0, or NaN
+    first, second = (angle * _ARCSEC + each for angle, each in zip(to_turn(kind, end), unknown, strict=True))
+    if kind == "altazimuth":
+        return AxisTilt(first, sigmas_arcsec[0], second, sigmas_arcsec[1], tilt)
+    lift = refracted_pole(latitude, weather)
     wanted = abs(latitude) + (lift if pole == "refracted" else 0.0)
     return PolarAlignment(
-        pole, math.degrees(latitude), (wanted - altitude) * _ARCSEC * known["ME"], sigmas["ME"],
-        -east_off * _ARCSEC * known["MA"], sigmas["MA"] / max(math.cos(latitude), 1e-9), lift * _ARCSEC,
-        registers(fit.model),
+        pole, math.degrees(latitude), wanted * _ARCSEC + first, sigmas_arcsec[0], second, sigmas_arcsec[1],
+        lift * _ARCSEC, tilt,
     )  # fmt: skip
+
+
+def to_turn(kind: MountKind, end: Vector) -> tuple[float, float]:
+    """Angles of both knobs, radians, that lead the end of an axis to where it belongs.
+
+    Equatorial: minus its altitude, and how far it must go east. Altazimuth: by how much north and west must rise.
+    """
+    south, east, up = end
+    if kind == "altazimuth":
+        return math.atan2(-south, up), math.atan2(-east, up)
+    azimuth, altitude = azimuth_altitude(end)
+    away = math.pi - azimuth if south > 0.0 else math.remainder(azimuth, math.tau)
+    return -altitude, -away
+
+
+def end_of_axis(model: PointingModel) -> Vector:
+    """Where the end of axis 1 at the visible pole, or at the zenith, is by a model's tilt; horizon frame."""
+    tilt = _tilt_of(model)
+    if model.kind == "altazimuth":
+        return _turned(tilt, (0.0, 0.0, 1.0))
+    end = _turned(tilt, (0.0, 0.0, -1.0 if model.latitude < 0.0 else 1.0))
+    return equatorial_to_horizon(end, model.latitude)
 
 
 def refracted_pole(latitude: float, weather: Weather) -> float:
@@ -284,12 +336,3 @@ def _turned(tilt: PointingModel, v: Vector) -> Vector:
     if tilt.kind == "altazimuth":
         return from_azimuth_altitude(*tilt.star(math.atan2(y, -x), math.atan2(z, level)))
     return from_hour_angle_declination(*tilt.star(math.atan2(-y, x), math.atan2(z, level)))
-
-
-def _visible_end(tilt: PointingModel) -> tuple[float, float]:
-    """Altitude of the end of the polar axis at the visible pole, and how far its azimuth is east of the meridian."""
-    south = tilt.latitude < 0.0
-    end = _turned(tilt, (0.0, 0.0, -1.0 if south else 1.0))
-    azimuth, altitude = azimuth_altitude(equatorial_to_horizon(end, tilt.latitude))
-    east = math.pi - azimuth if south else math.remainder(azimuth, math.tau)
-    return altitude, east

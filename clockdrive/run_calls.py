@@ -1,0 +1,47 @@
+"""The call of a pointing run as it travels in JSON, for the control socket and the command line alike."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from clockdrive.observing import RunProgress
+    from clockdrive.telescope import Telescope
+
+Emit = Callable[[Mapping[str, object]], object]
+Call = Callable[[dict[str, Any], Emit], object]
+_OPTIONS = {"run": "name", **{name: name for name in ("stars", "witness", "resume", "append", "bright", "settle_s")}}
+
+
+def run_calls(telescope: "Telescope") -> dict[str, Call]:
+    """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here, and `use_model`.
+
+    `reply` answers what a run asks. `use_model` takes the path of a model file, or None.
+    """
+
+    def pointing_run(args: dict[str, Any], emit: Emit) -> object:
+        given = {option: args[name] for name, option in _OPTIONS.items() if args.get(name) is not None}
+        return telescope.pointing_run(
+            **given, watch=lambda progress: emit(_told(progress)), ask=lambda what: emit({"ask": what})
+        ).json
+
+    def use_model(args: dict[str, Any], _: Emit) -> object:
+        telescope.use_model(args["model"])
+        return {"ok": True}
+
+    return {"pointing_run": pointing_run, "use_model": use_model}
+
+
+def _told(progress: "RunProgress") -> dict[str, object]:
+    return {
+        "number": progress.number,
+        "of": progress.of,
+        "azimuth_deg": math.degrees(progress.place.azimuth) % 360.0,
+        "altitude_deg": math.degrees(progress.place.altitude),
+        "posture": progress.place.posture,
+        "star": progress.place.name,
+        "state": progress.state,
+        "detail": progress.detail,
+        "observed": progress.observed,
+        "skipped": progress.skipped,
+    }

@@ -1,0 +1,64 @@
+"""How an axis of an APO or SDSS telescope slews, as the planner asks: the quickest way, ending in motion."""
+
+from dataclasses import dataclass, replace
+
+from mounts.apo.slew_profile import MARGIN, Limits, SlewProfile, quickest, solve
+
+
+@dataclass(frozen=True)
+class ApoTravel:
+    """An axis on its quickest way; keeps `pointing.slew.Travel`."""
+
+    way: SlewProfile
+
+    @property
+    def duration(self) -> float:
+        """Seconds until it is on its target."""
+        return self.way.duration
+
+    @property
+    def landed(self) -> float:
+        """Where it is then, degrees."""
+        return self.way.end.position
+
+    def position(self, elapsed: float) -> float:
+        """Where it is so many seconds after the beginning, degrees; `landed` from `duration` on."""
+        return self.landed if elapsed >= self.duration else self.way.at(max(0.0, elapsed))[0]
+
+
+@dataclass(frozen=True)
+class ApoSlewModel:
+    """The law of one axis; keeps `pointing.slew.SlewModel`.
+
+    Parameters
+    ----------
+    max_rate, acceleration, jerk : float
+        Its limits: degrees per second, per second², per second³.
+    """
+
+    max_rate: float
+    acceleration: float
+    jerk: float
+
+    def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> ApoTravel:
+        """Travel from drifting with `start_rate` to going along with a target of `end_rate`.
+
+        A target that moves faster than the axis is met at the axis's own top speed, which the planner then refuses.
+        """
+        most = self.max_rate * MARGIN
+        ends = min(max(end_rate, -most), most)
+        return ApoTravel(quickest(start, start_rate, end, ends, Limits(self.max_rate, self.acceleration, self.jerk)))
+
+    def profile(self, start: float, start_rate: float, end: float, end_rate: float) -> SlewProfile:
+        """The same way as it can be sent, in nodes.
+
+        Raises
+        ------
+        ApoError
+            The end moves faster than the axis may.
+        """
+        return solve(start, start_rate, end, end_rate, self.max_rate, self.acceleration, self.jerk)
+
+    def limited(self, max_rate: float) -> "ApoSlewModel":
+        """The same axis held to a lower top speed."""
+        return replace(self, max_rate=min(max_rate, self.max_rate))
