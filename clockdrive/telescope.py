@@ -578,6 +578,8 @@ class Telescope:
         witness: "str | SkyWitness" = "simulator",
         *,
         pole: "Pole" = "true",
+        goal_arcsec: float = 20.0,
+        scatter_arcsec: float = 1.0,
         settle_s: float = 1.0,
         report: Callable[[str], object] = lambda text: None,  # noqa: ARG005 - nobody reads
         ask: Callable[[str], object] = print,
@@ -590,6 +592,10 @@ class Telescope:
             As for `pointing_run`.
         pole : str
             To which a polar axis shall point: the `true` pole, or the `refracted` one.
+        goal_arcsec : float
+            How near is near enough.
+        scatter_arcsec : float
+            What a look scatters beyond what its witness says: periodic error, flexure without a model.
         report : callable
             Told of each star.
 
@@ -598,11 +604,19 @@ class Telescope:
         Refused, WitnessError
             Not now; too few stars were seen.
         """
-        from clockdrive.alignment import Alignment  # noqa: PLC0415 - as in `runs`
+        from clockdrive.aligning import AlignmentSettings  # noqa: PLC0415 - as in `runs`
+        from clockdrive.alignment import Alignment  # noqa: PLC0415 - likewise
 
         seer = self._sky_witness(witness, ask)
-        settle = finite("settling for", settle_s, "seconds")
-        return Alignment.begun(self._session, self._slewing, self.runs, seer, pole, settle, self._perform, report)
+        settings = AlignmentSettings(
+            pole,
+            finite("a goal of", goal_arcsec, "arcseconds"),
+            finite("a scatter of", scatter_arcsec, "arcseconds"),
+            finite("settling for", settle_s, "seconds"),
+        )
+        return Alignment.begun(
+            self._session, self._slewing, self.runs, seer, settings, self._control, self._perform, report
+        )
 
     def use_model(self, model: "Fit | PointingModel | RunReport | str | Path | None") -> None:
         """Point with another pointing model from now on, beyond the end of this process; `status` names it.
