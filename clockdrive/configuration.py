@@ -17,6 +17,7 @@ from clockdrive.configuration_check import BadValue, cautions, checked, contradi
 from clockdrive.configuration_keys import (
     DRIVE_KINDS,
     KEYS,
+    OPTIONAL,
     Computed,
     Key,
     Value,
@@ -28,6 +29,7 @@ from clockdrive.configuration_sections import (
     InstrumentSection,
     LimitsSection,
     MountSection,
+    RotatorSection,
     SimulatorSection,
     SiteSection,
     TargetsSection,
@@ -42,6 +44,9 @@ NO_FILE = (
     "no configuration file: this is the embedded simulator of a TC410 on an equatorial fork at Kaikoura "
     "(latitude −42.4°, longitude 173.7°); `clockdrive init tc410` writes a file for your own telescope"
 )
+NO_FILE_OF = (
+    "no configuration file: this is the embedded simulator; `clockdrive init {kind}` writes a file for your own"
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,8 @@ class Configuration:
     ----------
     axes : (AxisSection, AxisSection)
         Axis 1 and axis 2.
+    rotator : RotatorSection or None
+        The instrument rotator, where there is one: where the table `[rotator]` is given, though it be empty.
     instruments : mapping
         Pointing origins by name; `main` when none is configured.
     state_path : Path or None
@@ -69,6 +76,7 @@ class Configuration:
     mount: MountSection
     drive: DriveSection
     axes: tuple[AxisSection, AxisSection]
+    rotator: RotatorSection | None
     limits: LimitsSection
     instruments: Mapping[str, InstrumentSection]
     targets: TargetsSection
@@ -82,15 +90,18 @@ class Configuration:
     @property
     def simulated(self) -> bool:
         """Whether the drive is the embedded simulator."""
-        return self.drive.link == "sim:"
+        return set(self.links) == {"sim:"}
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Where the drive is reached: by one link, or where an axis has its own, by those."""
+        own = (self.values.get(f"{section}.link") for section in ("axis1", "axis2", "rotator"))
+        return tuple(str(link) for link in own if link is not None) or (self.drive.link,)
 
     @property
     def identity(self) -> str:
         """Names the telescope in the state store: its drive and how it is reached."""
-        link = self.drive.link.removesuffix("?baud=9600")  # the default: one telescope has one name
-        if re.fullmatch(r"COM\d+|/dev/\S+", link, re.IGNORECASE):
-            link = f"serial://{link}"
-        return f"{self.drive.kind} {link.replace('tcp://localhost:', 'tcp://127.0.0.1:')}"
+        return " ".join((self.drive.kind, *map(_one_name, self.links)))
 
     @property
     def state_directory(self) -> Path:
@@ -100,6 +111,10 @@ class Configuration:
         import platformdirs  # noqa: PLC0415 - needed only where no path is configured
 
         return Path(platformdirs.user_state_path("clockdrive"))
+
+    def section(self, make: type[_Section], name: str) -> _Section:
+        """Make a section with the keys of this drive: a dataclass, each field a key of `name`."""
+        return _section(self.values, make, name)
 
     def left_to_the_unit(self) -> tuple[str, ...]:
         """Dotted names of the keys that a TC410 keeps itself and nobody has configured: read them from the unit."""
@@ -122,6 +137,8 @@ class Configuration:
         for dotted, origin in self.origins.items():
             if origin != "default":
                 draft.layer({dotted: self.values[dotted]}, origin, Path())
+        if self.rotator is not None:
+            draft.layer({f"{OPTIONAL}.": None}, "file", Path())
         draft.settle()
         if draft.problems:
             raise ConfigurationError(f"{self.source}, completed from the unit,", draft.problems)
@@ -174,7 +191,7 @@ def load(
     problems = [*draft.problems, *(draft.missing_files() if with_files else ())]
     if problems:
         raise ConfigurationError(source, problems)
-    return _frozen(draft, source, NO_FILE if path is None and draft.values["drive.link"] == "sim:" else "")
+    return _frozen(draft, source, _notice(path, draft.values))
 
 
 def _read(path: Path) -> dict[str, object]:
@@ -251,7 +268,10 @@ class _Draft:
                 yield f"{dotted} = {value}: there is no such file; correct the path or leave the key out"
 
     def _expanded(self, keys: tuple[Key, ...]) -> Iterator[Key]:
+        has_rotator = any(dotted.startswith(f"{OPTIONAL}.") for dotted in self.given)
         for key in keys:
+            if key.section == OPTIONAL and not has_rotator:
+                continue
             if key.section == "instruments.*":
                 yield from (replace(key, section=f"instruments.{name}") for name in self.instruments)
             else:
@@ -332,19 +352,34 @@ def _shown(raw: object) -> str:
     return _short(repr(raw) if isinstance(raw, str) else str(raw))
 
 
+def _notice(path: Path | str | None, values: Mapping[str, Value]) -> str:
+    if path is not None or values["drive.link"] != "sim:":
+        return ""
+    kind = str(values["drive.kind"])
+    return NO_FILE if kind == "tc410" else NO_FILE_OF.format(kind=kind)
+
+
+def _one_name(link: str) -> str:
+    """One telescope has one name: the default speed, a bare port and this computer's own name are all left out."""
+    link = link.removesuffix("?baud=9600")
+    if re.fullmatch(r"COM\d+|/dev/\S+", link, re.IGNORECASE):
+        link = f"serial://{link}"
+    return link.replace("tcp://localhost:", "tcp://127.0.0.1:")
+
+
 def _short(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:59]}…"
 
 
+def _section(values: Mapping[str, Value], make: type[_Section], name: str) -> _Section:
+    return make(**{f.name: cast("Any", values[f"{name}.{f.name}"]) for f in fields(cast("Any", make))})
+
+
 def _frozen(draft: _Draft, source: str, notice: str) -> Configuration:
     values = draft.values
-    if values["drive.kind"] != "tc410":  # the typed sections have a TC410's keys whatever the drive
-        tc410 = _Draft()
-        tc410.settle()
-        values = {**tc410.values, **values}
 
     def section(make: type[_Section], name: str) -> _Section:
-        return make(**{f.name: cast("Any", values[f"{name}.{f.name}"]) for f in fields(cast("Any", make))})
+        return _section(values, make, name)
 
     return Configuration(
         site=section(SiteSection, "site"),
@@ -352,12 +387,13 @@ def _frozen(draft: _Draft, source: str, notice: str) -> Configuration:
         mount=section(MountSection, "mount"),
         drive=section(DriveSection, "drive"),
         axes=(section(AxisSection, "axis1"), section(AxisSection, "axis2")),
+        rotator=section(RotatorSection, "rotator") if "rotator.mode" in values else None,
         limits=section(LimitsSection, "limits"),
         instruments={name: section(InstrumentSection, f"instruments.{name}") for name in draft.instruments},
         targets=section(TargetsSection, "targets"),
         simulator=section(SimulatorSection, "simulator"),
         state_path=cast("Path | None", values["state.path"]),
-        values=draft.values,
+        values=values,
         origins=draft.origins,
         source=source,
         notice=notice,

@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Mapping
 
 from clockdrive.configuration import load
-from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, Computed, Key, Value, keys_of
+from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, OPTIONAL, Computed, Key, Value, keys_of
 
 _ALWAYS = ("site.name", "site.latitude_deg", "site.longitude_deg", "site.height_m", "drive.kind", "drive.link",
            "mount.type")  # fmt: skip
@@ -16,7 +16,7 @@ _SECTIONS = {
     "limits": "Where the telescope may point.",
     "axis1": "Equatorial: hour angle, west positive. Altazimuth: azimuth, north through east.",
     "axis2": "Equatorial: declination, beyond 90 past the pole. Altazimuth: elevation.",
-    "rotator": "The instrument rotator, when there is one.",
+    "rotator": "The instrument rotator, as both observatories have one. Without one, take the whole table away.",
     "instruments.main": "Pointing origins: where in the focal plane a target is put. One table each.",
     "targets": "Where targets come from that move among the stars.",
     "simulator": "What the embedded simulator's telescope really does; a perfect mount when left out.",
@@ -49,7 +49,8 @@ def commented_template(drive: str, mount_type: str | None = None, values: Mappin
     given: dict[str, object] = {"drive.kind": drive, **(values or {})}
     if mount_type is not None:
         given["mount.type"] = mount_type
-    settled = load(None, environment={}, overrides=given)
+    optional = {f"{OPTIONAL}.": None} if any(key.section == OPTIONAL for key in keys_of(drive)) else {}
+    settled = load(None, environment={}, overrides={**optional, **given})
     lines = [_HEAD.format(drive=drive), _UNIT if drive == "tc410" else ""]
     section = ""
     for key in keys_of(drive):

@@ -18,9 +18,11 @@ Kind = Literal["text", "path", "link", "source", "flag", "integer", "number", "r
 Raw = str | int | float | bool
 Value = Raw | GearTeeth | Path | None
 
+OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
-DRIVEN = ("tc410",)  # by this version; the keys of the others are checked all the same
-NO_OTHER_DRIVE = f"this version drives the {' and '.join(DRIVEN)} only"
+DRIVEN = ("tc410", "apo", "sdss")  # by this version; the keys of the others are checked all the same
+NO_OTHER_DRIVE = f"this version drives the {', '.join(DRIVEN[:-1])} and {DRIVEN[-1]} only"
+ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
 TC410_HALF_RANGE = 1 << 23  # counts from the centre to either end (4.7.3.1)
@@ -178,7 +180,7 @@ def _mount_type(facts: Facts, _section: str) -> str:
 
 
 _TC410, _AVR, _APO, _AWR = ("tc410",), ("avr-box",), ("apo",), ("awr",)
-_NODES = ("apo", "sdss")
+_SDSS, _NODES = ("sdss",), ("apo", "sdss")
 
 # fmt: off
 _SITE = (
@@ -231,6 +233,11 @@ _DRIVE = (
     Key("drive", "on_expiry", "text", "halt", "what a controller does when its path has run out",
         choices=("halt", "extrapolate"), drives=_NODES),
     Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 2, 1000, drives=_NODES),
+    Key("drive", "axis_select", "text", "prefix",
+        "how an axis is named on the shared line: by a word before each command, or on a line of its own",
+        choices=("prefix", "line"), drives=_SDSS),
+    Key("drive", "limits_command", "text", "SET.LIMITS", "what the controllers call the command of the soft limits",
+        drives=_NODES),
     Key("drive", "sidereal_steps_per_s", "number", None,
         "motor steps a second at sidereal rate, on the factory sheet", "steps/s", 0, 1e6, above=True, drives=_AWR,
         example=50.0),
@@ -385,6 +392,24 @@ _SIMULATOR = (
         drives=_TC410),
     Key("simulator", "guide_velocity", "integer", 6937, "velocity register of its digital autoguider", "", 0,
         0xFFFFFF, drives=_TC410),
+    Key("simulator", "on_expiry", "text", "halt", "what it does when its path has run out",
+        choices=("halt", "extrapolate"), drives=_NODES),
+    Key("simulator", "max_nodes", "integer", 32, "path nodes it holds", "", 2, 1000, drives=_NODES),
+    Key("simulator", "first_node", "text", "wait", "until the first node's time it goes on as it was, or joins it",
+        choices=("wait", "join"), drives=_NODES),
+    Key("simulator", "refusals", "text", "told", "whether it says ERR: or drops in silence what it does not obey",
+        choices=("told", "silence"), drives=_NODES),
+    Key("simulator", "limits_command", "text", "SET.LIMITS", "what it calls the command of the soft limits",
+        drives=_NODES),
+    Key("simulator", "tells_settings", "flag", default=True, meaning="it tells its soft limits and MAXV when asked",
+        drives=_NODES),
+    Key("simulator", "axis_select", "text", "prefix", "how it expects the axis to be named",
+        choices=("prefix", "line"), drives=_SDSS),
+    Key("simulator", "clock_offset_s", "number", 0.0, "by how much its clocks are ahead", "s", -86400, 86400,
+        drives=_NODES),
+    Key("simulator", "clock_set", "flag", default=True, meaning="its clocks have been set", drives=_NODES),
+    Key("simulator", "boot_s", "number", 5.0, "how long a controller is silent when it restarts", "s", 0, 600,
+        drives=_NODES),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
 # fmt: on
@@ -394,9 +419,17 @@ def _for_axis(section: str, keys: Iterable[Key]) -> tuple[Key, ...]:
     return tuple(replace(key, section=section) for key in keys)
 
 
-_ROTATOR = tuple(
-    replace(key, drives=tuple(k for k in key.drives if k in _NODES)) for key in _AXIS if set(key.drives) & set(_NODES)
-)
+_ROTATOR = (
+    Key("rotator", "mode", "text", "sky", "what it holds: the sky, the horizon, or its own angle on the mount",
+        choices=ROTATOR_MODES, drives=_NODES),
+    Key("rotator", "position_angle_deg", "number", 0.0,
+        "the instrument's y axis, counted to the east from north (sky), from the zenith (horizon), from the tube's "
+        "own up (mount)", "deg", -360, 360, drives=_NODES),
+    *(
+        replace(key, drives=tuple(k for k in key.drives if k in _NODES))
+        for key in _AXIS if set(key.drives) & set(_NODES)
+    ),
+)  # fmt: skip
 
 KEYS: tuple[Key, ...] = (
     *_SITE, *_WEATHER, *_DRIVE, *_MOUNT, *_LIMITS, *_for_axis("axis1", _AXIS), *_for_axis("axis2", _AXIS), *_AXIS2,

@@ -1,15 +1,12 @@
-"""The sections of a configuration as frozen values, in the units of their names.
+"""The sections of a configuration as frozen values, in the units of their names: the keys that all drives have.
 
-The sections of drive and axes carry the keys of all drives and those of the TC410; the keys of other drives are in
-`Configuration.values`.
+What a kind of drives has besides is in sections of its own, which its folder in `clockdrive.drives` derives from
+these and takes with `Configuration.section`.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
-
-from clockdrive.configuration_keys import TC410_MICROSTEPS
-from clockdrive.gear_teeth import GearTeeth
 
 
 @dataclass(frozen=True)
@@ -48,47 +45,29 @@ class MountSection:
 
 @dataclass(frozen=True)
 class DriveSection:
-    """`[drive]`: keys of all drives and of the TC410."""
+    """`[drive]`."""
 
     kind: Literal["tc410", "avr-box", "apo", "sdss", "awr"]
     link: str
-    position_format: Literal["auto", "right", "left"]
-    slew_idle: Literal["both", "per-axis"]
-    joystick_mode: int
-    autoguider_mode: int
-    fan_start_c: float
-    fan_stop_c: float
 
 
 @dataclass(frozen=True)
 class AxisSection:
-    """`[axis1]` or `[axis2]`: keys of all drives and of the TC410."""
+    """`[axis1]` or `[axis2]`."""
 
     centre_deg: float
     reversed: bool
     min_deg: float
     max_deg: float
     park_deg: float
-    motor_steps: int
-    main_gear: GearTeeth
-    secondary_gear: GearTeeth
-    drive_type: Literal["gecko", "ims"]
-    acceleration_register: int
-    deceleration_register: int
-    max_speed_deg_s: float
-    motor_current_a: float
-    motor_wiring: str
-    motor_rated_a: float | None
-    motor_rating: Literal["per-phase", "bipolar"]
-    encoder_bits: Literal[0, 14, 16]
-    encoder_reversed: bool
-    encoder_zero: int
-    encoder_zero_at: Literal["centre", "zero"]
 
-    @property
-    def counts_per_step(self) -> int:
-        """Units a TC410 reports for a full step of its motor."""
-        return TC410_MICROSTEPS[self.drive_type]
+
+@dataclass(frozen=True)
+class RotatorSection(AxisSection):
+    """`[rotator]`: an axis, and what it holds unless a command says otherwise."""
+
+    mode: Literal["sky", "horizon", "mount"]
+    position_angle_deg: float
 
 
 @dataclass(frozen=True)
@@ -135,16 +114,4 @@ class SimulatorSection:
     clock_drift_ppm: float
     latency_s: float
     baud: int
-    position_format: Literal["right", "left"]
-    slew_idle: Literal["both", "per-axis"]
-    landing_counts: int
-    slew_bit_clears: bool
-    limit_shift: int
-    speed_shift: int
-    encoder_zero_at: Literal["centre", "zero"]
-    volatile_targets: bool
-    power_at_boot: bool
-    standby_steps: float
-    dead_zone: int
-    guide_velocity: int
     seed: int

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
+from clockdrive.drives.apo.by_hand import ByHand, differing, given_by_hand, told
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
@@ -72,6 +73,8 @@ class DriveRegisters:
         Refused, DriveError
             This drive has none, or none of this name.
         """
+        if isinstance(self._session.drive, ByHand):
+            return self._control.call(lambda: told(self._session.drive.registers(), names))
         return self._control.call(lambda: Answer({"ok": True, "registers": _rows(self._drive.upkeep.show(names))}))
 
     def set(self, name: str, value: float | str, *, force: bool = False) -> Answer:
@@ -97,6 +100,9 @@ class DriveRegisters:
 
     def diff(self) -> Answer:
         """Return the registers that the unit has otherwise than the configuration, with both values."""
+        drive = self._session.drive
+        if isinstance(drive, ByHand):
+            return self._control.call(lambda: differing(drive, self._configuration))
         return self._control.call(
             lambda: Answer({"ok": True, "differences": [_told(d) for d in self._differences()]})
         )
@@ -125,6 +131,28 @@ class DriveRegisters:
         if written:
             self._session.note("drive", f"{len(written)} register(s) written from the configuration")
         return Answer({"ok": True, "registers": _rows(written), "note": _NOT_SAVED if written else ""})
+
+    def raw(self, axis: str, text: str, *, confirmed: bool = False) -> Answer:
+        """Give an axis controller a command of its manual, at rest; what is risky must be confirmed.
+
+        Raises
+        ------
+        InputError
+            It was not confirmed.
+        Refused, DriveError, TransportError
+            This drive takes none, or not now; there is no such command; the controller refuses it.
+        """
+        drive = self._session.drive
+        if not isinstance(drive, ByHand):
+            kind = self._configuration.drive.kind
+            raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes its registers")
+
+        def work() -> Answer:
+            given = given_by_hand(drive, axis, text, confirmed=confirmed, within=self._changing)
+            self._session.note("drive", f"{axis}: {given['command']}")
+            return given
+
+        return self._control.call(work)
 
     def save(self) -> Answer:
         """Have the unit keep its configuration over a power-cycle."""
@@ -219,6 +247,9 @@ def drive_calls(telescope: "Telescope") -> dict[str, Call]:
         "drive_encoders": lambda _args, _: drive.encoders().json,
         "drive_factory": lambda args, _: drive.factory(confirmed=bool(args.get("confirmed"))).json,
         "drive_push": lambda args, _: drive.push(*args.get("keys", ())).json,
+        "drive_raw": lambda args, _: (
+            drive.raw(args["axis"], args["command"], confirmed=bool(args.get("confirmed"))).json
+        ),
         "drive_reload": lambda args, _: drive.reload(confirmed=bool(args.get("confirmed"))).json,
         "drive_save": lambda _args, _: drive.save().json,
         "drive_set": lambda args, _: drive.set(args["register"], args["value"], force=bool(args.get("force"))).json,

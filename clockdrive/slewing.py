@@ -15,6 +15,7 @@ from mounts.drive import AxisSlew, Reading
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
+from pointing.rotator_plan import parked as rotator_parked
 from pointing.targets import Target
 from pointing.vectors import azimuth_altitude
 from pointing.way_round import to_axes
@@ -23,7 +24,6 @@ _SLEW_PERIOD_S = 0.25
 _LANDING_PERIOD_S = 0.02  # polls around the predicted landing, which the drive learns from
 _LANDING_WINDOW_S = 0.4
 _ABSORBED_ARCSEC = 60.0  # an error on arrival that tracking closes by itself
-_SETTLED_COUNTS = 2.0
 _SETTLING_PERIOD_S = 0.5
 _SETTLE_S = 15.0
 _MOST_SLEWS = 4
@@ -148,8 +148,8 @@ class Slewing:
                 if plans[-1].via is not None:
                     session.halt(f"{target.name}: the horizon or the Sun bars the way on from here; `goto` it again")
             if plans[-1].trajectory is None:
-                yield from self._slew(plans[-1], "slewing", report)
-                pursuit = session.pursue(target, plans[-1])
+                yield from self._slew(plans[-1], "slewing", report, onto=target)
+                pursuit = session.pursuit or session.pursue(target, plans[-1])
             else:
                 pursuit = yield from self._lead(target, plans[-1], report)
             landed = session.synchronised()
@@ -213,12 +213,15 @@ class Slewing:
         session = self._session
         session.require_free(parked=parked)
         session.poll()
-        plan = yield from self._rest_at(name, angles, report)
+        plan = yield from self._rest_at(name, angles, report, parks=parked)
         session.now_doing("idle")
         return plan
 
-    def _rest_at(self, name: str, angles: tuple[float, float], report: Report) -> Steps[Plan]:
-        """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way."""
+    def _rest_at(self, name: str, angles: tuple[float, float], report: Report, *, parks: bool = False) -> Steps[Plan]:
+        """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way.
+
+        With `parks` a rotator goes to its own park position on the last leg.
+        """
         session = self._session
         plan = to_axes(session.planner, name, angles, session.start(), session.timing())
         if plan.via is not None:
@@ -227,6 +230,8 @@ class Slewing:
             with self._stopped_on_failure():
                 onwards = session.planner.plan_axes(name, angles, session.start(), session.timing())
             plan = replace(onwards, start=plan.start)
+        if parks:
+            plan = rotator_parked(session.planner, plan, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
         return plan
@@ -300,13 +305,29 @@ class Slewing:
             session.poll()
         return pursuit
 
-    def _slew(self, plan: Plan, doing: str, report: Report, speeds: dict[int, float] | None = None) -> Steps[None]:
+    def _slew(
+        self,
+        plan: Plan,
+        doing: str,
+        report: Report,
+        speeds: dict[int, float] | None = None,
+        onto: Target | None = None,
+    ) -> Steps[None]:
+        """Slew and wait for the landing; a drive of path nodes is given those of a target, `onto`, meanwhile."""
         session, speeds = self._session, speeds or {}
         session.begin(_activity(plan, doing))
-        slews = [AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i)) for i, axis in enumerate(plan.axes)]
+        turns = plan.rotator
+        due = plan.landings if not session.drive.axes_land_together else (plan.arrival, plan.arrival)
+        slews = [
+            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
+        ]
+        if turns is not None:
+            slews.append(AxisSlew(turns.axis.target_counts, turns.axis.rate_counts, arrival=turns.arrival))
         with self._stopped_on_failure():
             session.drive.start(slews, session.clock.now())
             session.remember()
+            if onto is not None and session.drive.capabilities.path_nodes:
+                session.pursue(onto, plan)
             yield from self._landing(plan, report)
 
     @contextmanager
@@ -332,6 +353,7 @@ class Slewing:
             report(_progress(plan, reading))
             if not any(axis.slewing for axis in reading.axes):
                 return
+            session.follow()
 
     def _give_up_on_silence(self) -> None:
         session = self._session
@@ -349,7 +371,8 @@ class Slewing:
         while session.pursuit is pursuit:
             began = session.clock.now()
             due = began + session.follow()
-            if max(map(abs, pursuit.errors(session.synchronised()))) <= _SETTLED_COUNTS:
+            errors = pursuit.errors(session.synchronised())
+            if all(abs(off) <= axis.landed for off, axis in zip(errors, session.planner.axes, strict=True)):
                 return
             if session.clock.now() > deadline:
                 session.note("tracking", "the telescope does not settle on the target; check balance and clutches")
@@ -361,10 +384,11 @@ class Slewing:
         """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""
         self._session.poll()
         reading = self._session.synchronised()
-        for axis, read in zip(plan.axes, reading.axes, strict=False):
+        for axis, setup, read in zip(plan.axes, self._session.planner.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
-            if off > _SETTLED_COUNTS + read.uncertainty_counts:
-                self._session.halt(f"{plan.target}: {axis.name} ended {off:.0f} counts short; check what blocks it")
+            if off > setup.landed + read.uncertainty_counts:
+                short = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
+                self._session.halt(f"{plan.target}: {axis.name} ended {short} short; check what blocks it")
 
 
 def _activity(plan: Plan, doing: str) -> Activity:

@@ -5,6 +5,7 @@ import random
 from typing import TYPE_CHECKING
 
 from clockdrive.control import Steps
+from clockdrive.gear_teeth import GearTeeth
 from clockdrive.witness import Sighting
 from pointing.gearing import Gearing
 from pointing.vectors import Vector
@@ -60,7 +61,8 @@ class SimulatedSky:
         from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
         from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
 
-        worm = 1.0 / float(configuration.axes[0].main_gear)
+        gear = configuration.values.get("axis1.main_gear")
+        worm = 1.0 / float(gear) if isinstance(gear, GearTeeth) else 1.0  # turns of the worm a turn of axis 1
         latitude = math.radians(configuration.site.latitude_deg)
         simulator = configuration.simulator
         mount = TrueMount(simulator, configuration.mount.type, latitude, worm)

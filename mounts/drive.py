@@ -61,6 +61,7 @@ class AxisSlew:
     target: float  # counts; a drive of whole steps rounds
     rate_after: float = 0.0  # counts per second once landed
     max_rate: float | None = None  # counts per second; None for the drive's own top speed
+    arrival: float | None = None  # POSIX seconds at which it was planned to be there; a drive of path nodes meets it
 
 
 class AxisPath(Protocol):
@@ -121,7 +122,10 @@ class Drive(Protocol):
         ...
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
-        """Begin a slew of all axes; return the time at which the motion began."""
+        """Begin a slew of all axes; return the time at which the motion began.
+
+        A drive with `path_nodes` must be called by `follow` from then on: what it is to follow joins the slew's end.
+        """
         ...
 
     @property

@@ -29,12 +29,12 @@ from pointing.way_round import only_the_sky_bars, way_round
 
 _KEPT_S = 7200.0  # for which a way should keep its target
 _KEPT_STEP_S = 900.0
+_KEPT_STEP = math.radians(5.0)  # in which a fast target must be looked at again
 _ALIKE_S = 2.0  # by which two ways may differ and keep their target equally long
 _WAY_STEP = 600.0  # s; a way that is blocked costs more to look at, and comes free as slowly as the Sun moves
 _SEARCH_SPAN = 86_400.0
 _ROUNDS = 60  # the fixed point contracts by rate / speed, below 1e-2 a round unless the pole of axis 1 is near
 _FLICKER = 6  # rounds after which a target that goes on changing by one count, tick by tick, stands
-_STRAIGHT = 0.05  # s; for so long a target's rates may be taken as constant
 _UNHURRIED = 60.0  # s; what starting and landing may add to a slew at full speed
 
 
@@ -182,13 +182,15 @@ class Planner(Geometry):
         if plan.trajectory is not None:
             return min(planned_pass(plan.trajectory, plan.arrival, _angles(plan)).followed_s, _KEPT_S)
         near, seconds = _angles(plan), 0.0
+        fastest = max(abs(axis.rate) for axis in plan.axes)
+        step = min(_KEPT_STEP_S, _KEPT_STEP / fastest) if fastest else _KEPT_STEP_S
         with suppress(PointingError):  # it has no place any further, or one where the pointing origin does not come
             while seconds < _KEPT_S:
-                state = self.track(target, plan.arrival + seconds + _KEPT_STEP_S, plan.posture, near)
+                state = self.track(target, plan.arrival + seconds + step, plan.posture, near)
                 near = state[0][0], state[1][0]
                 if not all(axis.minimum <= here <= axis.maximum for axis, here in zip(self.free, near, strict=True)):
                     break
-                seconds += _KEPT_STEP_S
+                seconds += step
         return seconds
 
     def _ways(
@@ -272,7 +274,7 @@ class Planner(Geometry):
 
     def _at(self, target: Target, begin: float, due: float, way: _Way) -> _Way:
         """Return the way `due` seconds after begin; over more than a moment the rates do not hold, the sky does."""
-        if abs(due - way.tracked) <= _STRAIGHT:
+        if abs(due - way.tracked) <= min(axis.straight_s for axis in self.axes):
             return way.later(due)
         frame = self.sky.at(Instant.from_posix(begin + due))
         (a1, w1), (a2, w2) = self.state(target, frame, way.posture, way.angles)

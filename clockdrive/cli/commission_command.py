@@ -53,7 +53,7 @@ def commission(args: argparse.Namespace) -> None:
             _events(telescope, quiet=args.json),
             only=args.only,
             witness=args.witness,
-            written={_FORMAT: written.drive.position_format},
+            written={_FORMAT: written.values["drive.position_format"]},
         )
     file = _written(args, answer["changes"])
     if args.json:

@@ -33,6 +33,10 @@ def add_drive(add: Adder) -> None:
     action("pull", "write what the unit has otherwise into the file of -c, or print it")
     push = action("push", "write the configuration into the unit: the keys named, or all that differ; not saved")
     push.add_argument("keys", nargs="*", metavar="KEY", help="as in `drive diff`, axis1.park_deg")
+    raw = action("raw", "give an axis controller a command of its manual; apo and sdss")
+    raw.add_argument("axis", metavar="AXIS", help="azimuth, altitude or rotator")
+    raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
+    raw.add_argument("--yes", action="store_true", help="confirm what is risky")
     action("save", "have the unit keep its registers over a power-cycle")
     for name, text in (("factory", "load the factory's registers, unsaved"), ("reload", "load the saved registers")):
         action(name, f"{text}; the position is unsynchronised afterwards").add_argument(
@@ -90,6 +94,9 @@ _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
     "power": _power,
     "pull": _pull,
     "push": lambda telescope, args: telescope.call("drive_push", keys=list(args.keys)),
+    "raw": lambda telescope, args: telescope.call(
+        "drive_raw", axis=args.axis, command=" ".join(args.words), confirmed=args.yes
+    ),
     "reload": lambda telescope, args: _confirmed(telescope, "drive_reload", args),
     "save": lambda telescope, _: telescope.call("drive_save"),
     "set": lambda telescope, args: telescope.call(
@@ -169,6 +176,21 @@ def _speed_text(found: Mapping[str, Any]) -> str:
     return "\n".join((f"moved for {found['seconds']:.1f} s", *rows))
 
 
+def _raw_text(found: Mapping[str, Any]) -> str:
+    rows = found["fiducials"]
+    if not rows:
+        return "\n".join(found["lines"]) or f"{found['command']}: OK"
+    head = f"{'time':24} {'position':>12} {'velocity':>11} {'error':>10} {'edge':8} {'correction':>11}"
+    return "\n".join((head, *(_passage_text(row) for row in rows)))
+
+
+def _passage_text(row: Mapping[str, Any]) -> str:
+    return (
+        f"{row['utc']:24} {row['position_deg']:12.6f} {row['velocity_deg_s']:+11.6f} {row['error_deg']:+10.6f} "
+        f"{row['edge']:8} {row['correction_deg']:+11.6f}"
+    )
+
+
 def _note(found: Mapping[str, Any]) -> str:
     return str(found["note"])
 
@@ -178,6 +200,7 @@ _TEXTS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "encoders": _encoders_text,
     "pull": _pull_text,
     "push": _push_text,
+    "raw": _raw_text,
     "set": _set_text,
     "show": _registers_text,
     "speed": _speed_text,

@@ -11,7 +11,11 @@ from clockdrive.configuration_keys import DRIVEN, NO_OTHER_DRIVE
 from clockdrive.drives.kind import Kind
 from clockdrive.errors import ConfigurationError
 
-_HOME = {"tc410": "clockdrive.drives.tc410.kind"}
+_HOME = {
+    "tc410": "clockdrive.drives.tc410.kind",
+    "apo": "clockdrive.drives.apo.kind",
+    "sdss": "clockdrive.drives.apo.kind",
+}
 
 
 def kind_of(configuration: Configuration) -> Kind:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from clockdrive.configuration import load
 from clockdrive.configuration_file import commented_template, markdown_table
 from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, MOUNT_TYPES
+from clockdrive.drives.tc410.sections import axes_of, simulator_of
 from clockdrive.errors import ConfigurationError
 from mounts.tc410.simulator_settings import SimulatorSettings
 
@@ -40,8 +41,8 @@ def test_the_example_of_the_design_loads_unchanged(shared, tmp_path):
     design = (shared / "DESIGN.md").read_text(encoding="utf-8")
     example = design.split("```toml\n", 1)[1].split("```", 1)[0]
     configuration = read(tmp_path, example)
-    assert configuration.axes[0].main_gear == Fraction(1, 285)
-    assert configuration.axes[0].secondary_gear == Fraction(2, 5)
+    assert axes_of(configuration)[0].main_gear == Fraction(1, 285)
+    assert axes_of(configuration)[0].secondary_gear == Fraction(2, 5)
     assert configuration.weather.pressure_hpa == 1010.0
     assert configuration.mount.pointing_model == tmp_path / "model.mod"
     assert configuration.axes[1].centre_deg == -42.4
@@ -65,7 +66,7 @@ def test_missing_files_are_told_with_all_else_that_is_wrong_where_files_are_aske
 
 
 def test_gears_keep_the_teeth_that_they_are_written_with(tmp_path):
-    gear = read(tmp_path, '[axis1]\nsecondary_gear = "16/40"\n').axes[0].secondary_gear
+    gear = axes_of(read(tmp_path, '[axis1]\nsecondary_gear = "16/40"\n'))[0].secondary_gear
     assert gear == Fraction(2, 5)
     for kept in (gear, copy.copy(gear), copy.deepcopy(gear), pickle.loads(pickle.dumps(gear))):  # noqa: S301 - our own
         assert (kept.teeth, str(kept), float(kept)) == ((16, 40), "16/40", 0.4)
@@ -91,7 +92,7 @@ def test_a_flag_wins_over_the_environment_that_over_the_file_that_over_the_unit(
     axis = configuration.axes[0]
     assert (axis.park_deg, axis.min_deg, axis.max_deg) == (3.5, -90.0, 100.0)
     assert configuration.axes[1].park_deg == -30.0
-    assert configuration.axes[1].main_gear == Fraction(1, 360)
+    assert axes_of(configuration)[1].main_gear == Fraction(1, 360)
     names = ("axis1.park_deg", "axis1.min_deg", "axis1.max_deg", "axis2.park_deg", "axis2.min_deg")
     origins = tuple(configuration.origins[name] for name in names)
     assert origins == ("flag", "environment", "file", "unit", "default")
@@ -241,7 +242,7 @@ def test_without_weather_the_air_is_the_standard_atmosphere_at_the_height():
 
 
 def test_the_speed_stays_possible_when_only_the_gearing_is_given():
-    axis = load(None, {}, {"axis1.drive_type": "ims"}).axes[0]
+    axis = axes_of(load(None, {}, {"axis1.drive_type": "ims"}))[0]
     assert axis.max_speed_deg_s == pytest.approx(0.9 * 20000 * 360 / 200 / 285 * 0.4 / 16, rel=1e-2)
     assert axis.counts_per_step == 16
 
@@ -294,7 +295,7 @@ def test_a_template_loads_unchanged_and_with_every_default_switched_on(tmp_path,
 def test_a_template_carries_what_a_unit_said(tmp_path):
     text = commented_template("tc410", "german", {"axis1.main_gear": "1/360", "site.name": 'a "name" \\ here'})
     configuration = read(tmp_path, text)
-    assert configuration.axes[0].main_gear == Fraction(1, 360)
+    assert axes_of(configuration)[0].main_gear == Fraction(1, 360)
     assert configuration.site.name == 'a "name" \\ here'
     assert configuration.origins["axis1.main_gear"] == "file"
 
@@ -308,7 +309,7 @@ def test_every_key_is_in_the_documentation_and_in_its_template():
 
 
 def test_the_simulator_section_is_the_simulators_own_settings():
-    section = dataclasses.asdict(load(None, {}).simulator)
+    section = dataclasses.asdict(simulator_of(load(None, {})))
     assert section.pop("sky_noise_arcsec") == 0.0  # of who looks at the sky, not of the unit
     assert section == dataclasses.asdict(SimulatorSettings())
 
@@ -371,7 +372,7 @@ def test_a_configuration_with_every_kind_of_value_can_be_completed_from_the_unit
     assert after.site.latitude_deg == 51.5
     assert after.state_directory == tmp_path / "state"
     assert after.limits.horizon == tmp_path / "horizon.csv"
-    assert after.axes[0].main_gear == before.axes[0].main_gear
+    assert axes_of(after)[0].main_gear == axes_of(before)[0].main_gear
 
 
 @pytest.mark.parametrize(
@@ -418,3 +419,38 @@ def test_what_contradicts_itself_in_a_drive_is_a_sentence(keys, words):
     with pytest.raises(ConfigurationError) as refused:
         load(None, {}, keys)
     assert all(word in str(refused.value) for word in words), str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "section", "bounds"),
+    [  # azimuth, altitude and rotator as the two observatories' own tables have them
+        ("apo", "axis1", (-180.0, 360.0, 1.75, 0.1, 0.5)),
+        ("apo", "axis2", (6.0, 85.0, 1.5, 0.1, 0.5)),
+        ("apo", "rotator", (-180.0, 180.0, 3.5, 0.7, 7.0)),
+        ("sdss", "axis1", (-195.0, 435.0, 2.0, 0.2, 0.2)),
+        ("sdss", "axis2", (18.2, 90.0, 1.5, 0.08, 0.08)),
+        ("sdss", "rotator", (-180.0, 361.0, 2.0, 0.25, 0.25)),
+    ],
+)
+def test_the_axes_of_a_node_drive_have_the_limits_of_their_observatory(tmp_path, kind, section, bounds):
+    configuration = read(tmp_path, f'[drive]\nkind = "{kind}"\n[rotator]\n')
+    names = ("min_deg", "max_deg", "max_speed_deg_s", "acceleration_deg_s2", "jerk_deg_s3")
+    assert tuple(configuration.values[f"{section}.{name}"] for name in names) == bounds
+
+
+def test_there_is_a_rotator_where_its_table_is_even_an_empty_one(tmp_path):
+    drive = '[drive]\nkind = "apo"\n'
+    assert read(tmp_path, drive).rotator is None
+    assert not any(name.startswith("rotator.") for name in read(tmp_path, drive).values)
+    for text, environment in (("[rotator]\n", {}), ("", {"CLOCKDRIVE_ROTATOR__MODE": "sky"})):
+        rotator = read(tmp_path, drive + text, environment).rotator
+        assert rotator is not None
+        assert (rotator.mode, rotator.position_angle_deg, rotator.min_deg, rotator.park_deg) == ("sky", 0.0, -180, 0)
+    (problem,) = problems(tmp_path, drive + '[rotator]\nmode = "star"\n')
+    assert problem == "rotator.mode = 'star': allowed sky | horizon | mount"
+    assert problems(tmp_path, '[rotator]\nmode = "sky"\n')  # a TC410 turns none
+
+
+@pytest.mark.parametrize(("kind", "there"), [("tc410", False), ("awr", False), ("apo", True), ("sdss", True)])
+def test_a_template_has_a_rotator_where_the_observatory_has_one(tmp_path, kind, there):
+    assert (read(tmp_path, commented_template(kind)).rotator is not None) == there

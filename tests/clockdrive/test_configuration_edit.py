@@ -7,6 +7,7 @@ import pytest
 from clockdrive.configuration import load
 from clockdrive.configuration_edit import change, edited, lines
 from clockdrive.configuration_file import commented_template
+from clockdrive.drives.tc410.sections import axes_of, drive_of
 from clockdrive.errors import ConfigurationError
 
 TEXT = """\
@@ -43,7 +44,11 @@ def test_a_whole_template_takes_every_change_and_stays_valid(tmp_path):
     before = path.read_text(encoding="utf-8").splitlines()
     change(path, {"axis2.park_deg": 12.5, "drive.joystick_mode": 5, "axis1.main_gear": "1/288"})
     made = load(path)
-    assert (made.axes[1].park_deg, made.drive.joystick_mode, made.axes[0].main_gear.denominator) == (12.5, 5, 288)
+    assert (made.axes[1].park_deg, drive_of(made).joystick_mode, axes_of(made)[0].main_gear.denominator) == (
+        12.5,
+        5,
+        288,
+    )
     after = path.read_text(encoding="utf-8").splitlines()
     assert [line for line in before if line not in after] == []
     assert not list(tmp_path.glob(".*"))

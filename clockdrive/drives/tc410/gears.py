@@ -3,6 +3,7 @@
 import math
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives.tc410.sections import axes_of
 from mounts.tc410.registers import CENTRE
 from pointing.gearing import Gearing
 
@@ -19,7 +20,7 @@ def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
             centre_deg=section.centre_deg,
             reversed=section.reversed,
         )
-        for section in configuration.axes
+        for section in axes_of(configuration)
     )
     return one, two
 
@@ -28,6 +29,6 @@ def park_counts(configuration: Configuration) -> tuple[int, int]:
     """Where the axes stand when parked."""
     one, two = (
         round(gearing.counts(math.radians(section.park_deg)))
-        for gearing, section in zip(gearings(configuration), configuration.axes, strict=True)
+        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
     )
     return one, two

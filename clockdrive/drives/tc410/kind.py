@@ -8,6 +8,7 @@ from clockdrive.configuration import Configuration
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.tc410.gears import gearings, park_counts
 from clockdrive.drives.tc410.registers import completed_from, registers
+from clockdrive.drives.tc410.sections import drive_of
 from clockdrive.drives.tc410.settings import settings, travel
 from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
@@ -47,7 +48,7 @@ def timing(configuration: Configuration) -> Timing:
         )
         for axis in (1, 2)
     )
-    return Timing((one, two), together=configuration.drive.slew_idle == "both", leading=leading_of((one, two)))
+    return Timing((one, two), together=drive_of(configuration).slew_idle == "both", leading=leading_of((one, two)))
 
 
 def drive(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.tc410.gears import gearings, park_counts
+from clockdrive.drives.tc410.sections import axes_of, drive_of
 from mounts.tc410.input_modes import LOGARITHMIC, MOST_SHIFT
 from mounts.tc410.registers import COUNTS_PER_SECOND, DRIVE_TYPES, by_name
 from pointing.mount import MountType
@@ -140,10 +141,10 @@ def _general_keys() -> Sequence[_Key]:
         _Key("mount.type", "mount_type", lambda c: MountType.from_text(c.mount.type).value),
         _Key("mount.mount_x_mas", "mount_x", lambda c: c.mount.mount_x_mas),
         _Key("mount.mount_y_mas", "mount_y", lambda c: c.mount.mount_y_mas),
-        _Key("drive.joystick_mode", "joystick_mode", lambda c: c.drive.joystick_mode),
-        _Key("drive.autoguider_mode", "autoguider_mode", lambda c: c.drive.autoguider_mode),
-        _Key("drive.fan_start_c", "fan_start_temperature", lambda c: c.drive.fan_start_c),
-        _Key("drive.fan_stop_c", "fan_stop_temperature", lambda c: c.drive.fan_stop_c),
+        _Key("drive.joystick_mode", "joystick_mode", lambda c: drive_of(c).joystick_mode),
+        _Key("drive.autoguider_mode", "autoguider_mode", lambda c: drive_of(c).autoguider_mode),
+        _Key("drive.fan_start_c", "fan_start_temperature", lambda c: drive_of(c).fan_start_c),
+        _Key("drive.fan_stop_c", "fan_stop_temperature", lambda c: drive_of(c).fan_stop_c),
     )
 
 
@@ -152,17 +153,17 @@ def _axis_keys_of(i: int) -> Sequence[_Key]:
         return _Key(f"axis{i + 1}.{name}", f"axis{i + 1}_{register}", value)
 
     return (
-        key("drive_type", "drive_type", lambda c: _DRIVE_CODES[c.axes[i].drive_type]),
-        key("motor_steps", "motor_steps", lambda c: c.axes[i].motor_steps),
-        key("main_gear", "main_gear_multiplier", lambda c: c.axes[i].main_gear.teeth[0]),
-        key("main_gear", "main_gear_divisor", lambda c: c.axes[i].main_gear.teeth[1]),
-        key("secondary_gear", "secondary_gear_multiplier", lambda c: c.axes[i].secondary_gear.teeth[0]),
-        key("secondary_gear", "secondary_gear_divisor", lambda c: c.axes[i].secondary_gear.teeth[1]),
-        key("acceleration_register", "acceleration", lambda c: c.axes[i].acceleration_register),
-        key("deceleration_register", "deceleration", lambda c: c.axes[i].deceleration_register),
+        key("drive_type", "drive_type", lambda c: _DRIVE_CODES[axes_of(c)[i].drive_type]),
+        key("motor_steps", "motor_steps", lambda c: axes_of(c)[i].motor_steps),
+        key("main_gear", "main_gear_multiplier", lambda c: axes_of(c)[i].main_gear.teeth[0]),
+        key("main_gear", "main_gear_divisor", lambda c: axes_of(c)[i].main_gear.teeth[1]),
+        key("secondary_gear", "secondary_gear_multiplier", lambda c: axes_of(c)[i].secondary_gear.teeth[0]),
+        key("secondary_gear", "secondary_gear_divisor", lambda c: axes_of(c)[i].secondary_gear.teeth[1]),
+        key("acceleration_register", "acceleration", lambda c: axes_of(c)[i].acceleration_register),
+        key("deceleration_register", "deceleration", lambda c: axes_of(c)[i].deceleration_register),
         key("max_speed_deg_s", "max_speed", lambda c: _speed(c, i)),
-        key("motor_current_a", "motor_current", lambda c: c.axes[i].motor_current_a),
-        key("encoder_zero", "encoder_zero", lambda c: c.axes[i].encoder_zero),
+        key("motor_current_a", "motor_current", lambda c: axes_of(c)[i].motor_current_a),
+        key("encoder_zero", "encoder_zero", lambda c: axes_of(c)[i].encoder_zero),
         key("park_deg", "park", lambda c: park_counts(c)[i]),
     )
 
@@ -181,7 +182,7 @@ def named(configuration: Configuration) -> list[tuple[str, float]]:
 
 def _speed(configuration: Configuration, index: int) -> float:
     gearing = gearings(configuration)[index]
-    return configuration.axes[index].max_speed_deg_s / gearing.step_deg_float / COUNTS_PER_SECOND
+    return axes_of(configuration)[index].max_speed_deg_s / gearing.step_deg_float / COUNTS_PER_SECOND
 
 
 def _signed_mas(longitude_deg: float) -> float:

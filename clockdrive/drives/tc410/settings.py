@@ -5,6 +5,7 @@ import math
 from clockdrive.configuration import Configuration
 from clockdrive.drives.tc410.gears import gearings
 from clockdrive.drives.tc410.registers import named
+from clockdrive.drives.tc410.sections import axes_of, drive_of
 from mounts.tc410.encoders import Encoder
 from mounts.tc410.registers import CENTRE, of_axis
 from mounts.tc410.settings import AxisSettings, TC410Settings
@@ -17,7 +18,7 @@ def settings(configuration: Configuration) -> TC410Settings:
     """What the driver must know."""
 
     def axis(index: int) -> AxisSettings:
-        section, gearing = configuration.axes[index], gearings(configuration)[index]
+        section, gearing = axes_of(configuration)[index], gearings(configuration)[index]
         ends = sorted(gearing.counts(math.radians(angle)) for angle in (section.min_deg, section.max_deg))
         return AxisSettings(
             gearing=gearing,
@@ -34,8 +35,8 @@ def settings(configuration: Configuration) -> TC410Settings:
 
     return TC410Settings(
         axes=(axis(0), axis(1)),
-        position_format=configuration.drive.position_format,
-        slew_idle=configuration.drive.slew_idle,
+        position_format=drive_of(configuration).position_format,
+        slew_idle=drive_of(configuration).slew_idle,
         baud=_baud(configuration),
         meaning=_meaning(configuration),
         expected=tuple((name, value) for name, value in named(configuration) if not name.startswith("axis")),
@@ -64,7 +65,7 @@ def _meaning(configuration: Configuration) -> str:
 
 
 def _encoder(configuration: Configuration, index: int) -> Encoder | None:
-    section, gearing = configuration.axes[index], gearings(configuration)[index]
+    section, gearing = axes_of(configuration)[index], gearings(configuration)[index]
     if not section.encoder_bits:
         return None
     return Encoder(

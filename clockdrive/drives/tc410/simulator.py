@@ -5,9 +5,9 @@ from dataclasses import fields
 from fractions import Fraction
 
 from clockdrive.configuration import Configuration
-from clockdrive.configuration_sections import AxisSection
 from clockdrive.drives.tc410.gears import park_counts
 from clockdrive.drives.tc410.registers import registers
+from clockdrive.drives.tc410.sections import Tc410Axis, axes_of, simulator_of
 from mounts.tc410.encoders import TURN
 from mounts.tc410.registers import CENTRE
 from mounts.tc410.simulator import SimulatedTC410
@@ -16,7 +16,7 @@ from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
 
 def tc410(configuration: Configuration, time: float, snapshot: Mapping[str, object] | None) -> SimulatedTC410:
     """A simulated TC410, as it was left or new at its park position."""
-    section = configuration.simulator
+    section = simulator_of(configuration)
     known = {field.name for field in fields(SimulatorSettings)}
     unit = SimulatedTC410(
         SimulatorSettings(**{name: value for name, value in vars(section).items() if name in known}),
@@ -32,8 +32,8 @@ def tc410(configuration: Configuration, time: float, snapshot: Mapping[str, obje
 
 
 def _hardware(configuration: Configuration, index: int) -> AxisHardware:
-    section = configuration.axes[index]
-    zero_counts = CENTRE if configuration.simulator.encoder_zero_at == "centre" else 0
+    section = axes_of(configuration)[index]
+    zero_counts = CENTRE if simulator_of(configuration).encoder_zero_at == "centre" else 0
     turned = float((CENTRE - zero_counts) / _counts_per_turn(section)) * (-1.0 if section.encoder_reversed else 1.0)
     return AxisHardware(
         motor_steps=section.motor_steps,
@@ -46,5 +46,5 @@ def _hardware(configuration: Configuration, index: int) -> AxisHardware:
     )
 
 
-def _counts_per_turn(section: AxisSection) -> Fraction:
+def _counts_per_turn(section: Tc410Axis) -> Fraction:
     return section.motor_steps * section.counts_per_step / (section.main_gear * section.secondary_gear)

@@ -17,6 +17,7 @@ from clockdrive.cli.main import main
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
+from clockdrive.drives.tc410.sections import axes_of, drive_of
 from mounts.tc410.registers import REGISTERS, at, by_name
 from mounts.tc410.upkeep import ACTIONS
 from transports.serve import serve
@@ -276,8 +277,8 @@ def test_init_writes_the_units_registers_as_a_configuration(run, capsys, tmp_pat
     path = tmp_path / "made.toml"
     path.write_text(text, encoding="utf-8")
     made = load(path)
-    assert made.axes[1].main_gear.denominator == 288
-    assert made.drive.fan_start_c == 41.5
+    assert axes_of(made)[1].main_gear.denominator == 288
+    assert drive_of(made).fan_start_c == 41.5
     assert made.drive.link == link
     path.write_text(text + f'[state]\npath = "{(tmp_path / "other").as_posix()}"\n'
                     if "\n[state]" not in text else text, encoding="utf-8")  # fmt: skip

@@ -7,6 +7,7 @@ import pytest
 
 from clockdrive.cli import main
 from clockdrive.configuration import load
+from clockdrive.drives.tc410.sections import drive_of
 
 
 @pytest.fixture
@@ -30,7 +31,7 @@ def test_a_wrong_position_format_is_found_and_written_on_consent(file, capsys):
     assert main(["-c", str(file), "commission", "--only", "position-format", "limits", "--yes", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["changes"] == {"drive.position_format": "left"}
-    assert load(file).drive.position_format == "left"
+    assert drive_of(load(file)).position_format == "left"
     assert "# as the manual seems to say" in file.read_text(encoding="utf-8")
 
 

@@ -10,6 +10,7 @@ from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.drives.tc410.gears import gearings, park_counts
 from clockdrive.drives.tc410.registers import completed_from, keys_from, registers
+from clockdrive.drives.tc410.sections import axes_of
 from clockdrive.drives.tc410.settings import settings
 from mounts.tc410.unit import Unit
 from transports.memory import MemoryLink
@@ -69,10 +70,10 @@ def test_a_unit_gives_back_what_was_configured(configuration):
     assert completed.site.latitude_deg == pytest.approx(51.5)
     assert completed.site.longitude_deg == pytest.approx(-1.5)
     assert completed.mount.type == "german"
-    assert completed.axes[0].main_gear == configuration.axes[0].main_gear
-    assert completed.axes[0].acceleration_register == 40
-    assert completed.axes[0].max_speed_deg_s == pytest.approx(2.0, rel=0.01)
-    assert completed.axes[1].motor_current_a == 1.5
+    assert axes_of(completed)[0].main_gear == axes_of(configuration)[0].main_gear
+    assert axes_of(completed)[0].acceleration_register == 40
+    assert axes_of(completed)[0].max_speed_deg_s == pytest.approx(2.0, rel=0.01)
+    assert axes_of(completed)[1].motor_current_a == 1.5
     assert set(plain.left_to_the_unit()) >= set(found) & set(plain.values)
 
 
@@ -81,12 +82,12 @@ def test_the_units_top_speed_is_told_by_the_gears_in_force(configuration):
     unit = tc410.simulated(configuration, T0, None)
     clock = VirtualClock(T0)
     host = Unit(ModbusAscii(lambda: MemoryLink(unit, clock), clock))
-    shorter = f"1/{2 * configuration.axes[0].main_gear.denominator}"
+    shorter = f"1/{2 * axes_of(configuration)[0].main_gear.denominator}"
     file = load(None, {}, {"drive.link": "tcp://127.0.0.1:1", "axis1.main_gear": shorter, "axis1.min_deg": -20,
                            "axis1.max_deg": 20, "axis1.centre_deg": 0, "axis1.park_deg": 0})  # fmt: skip
-    one, two = completed_from(file, host).axes
-    assert one.max_speed_deg_s == pytest.approx(configuration.axes[0].max_speed_deg_s / 2.0, rel=0.01)
-    assert two.max_speed_deg_s == pytest.approx(configuration.axes[1].max_speed_deg_s, rel=0.01)
+    one, two = axes_of(completed_from(file, host))
+    assert one.max_speed_deg_s == pytest.approx(axes_of(configuration)[0].max_speed_deg_s / 2.0, rel=0.01)
+    assert two.max_speed_deg_s == pytest.approx(axes_of(configuration)[1].max_speed_deg_s, rel=0.01)
 
 
 def test_a_new_simulator_stands_at_park(configuration):

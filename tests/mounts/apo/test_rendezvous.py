@@ -3,7 +3,7 @@ from itertools import pairwise
 from time import perf_counter
 
 import pytest
-from apo_bench import AXES, Slew, as_printed, bent, between, largest, random_slews
+from apo_slews import AXES, Slew, as_printed, bent, between, largest, random_slews
 from seven_phase import least_s
 
 from mounts.apo.errors import ApoError

@@ -3,7 +3,7 @@ import sys
 from itertools import pairwise
 
 import pytest
-from apo_bench import as_printed, largest, random_slews
+from apo_slews import as_printed, largest, random_slews
 from seven_phase import change_s, least_s, stops_first_s
 
 from mounts.apo.errors import ApoError

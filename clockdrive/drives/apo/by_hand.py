@@ -1,0 +1,105 @@
+"""Axis controllers in a person's hands: what they tell, what differs, and commands of their manual."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+
+from clockdrive.answers import Answer, utc
+from clockdrive.configuration import Configuration
+from clockdrive.drives.apo.settings import NAMES, gearing
+from clockdrive.errors import InputError, Refused
+
+if TYPE_CHECKING:
+    from mounts.apo.by_hand import Given
+    from mounts.apo.connecting import Setting
+
+T = TypeVar("T")
+_ASKING = frozenset({"STATUS", "ID", "HELP", "MS.DUMP"})
+_SECTION_OF = dict(zip(NAMES, ("axis1", "axis2", "rotator"), strict=True))
+
+
+@runtime_checkable
+class ByHand(Protocol):
+    """A drive that takes commands by hand."""
+
+    def registers(self) -> Mapping[str, str]:
+        """Everything that it tells."""
+        ...
+
+    def differences(self) -> "Sequence[Setting]":
+        """What it holds otherwise than configured."""
+        ...
+
+    def by_hand(self, name: str, text: str) -> "Given":
+        """Give a command to the axis of this name."""
+        ...
+
+
+def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
+    """What the controllers tell, all or what a name is part of.
+
+    Raises
+    ------
+    Refused
+        Nothing has this name.
+    """
+    found = {name: text for name, text in registers.items() if not names or any(part in name for part in names)}
+    if not found:
+        raise Refused(f"nothing is called {names[0]!r}; there is {', '.join(registers)}")
+    rows = {name: {"group": name.partition(" ")[0], "text": text, "raw": []} for name, text in found.items()}
+    return Answer({"ok": True, "registers": rows})
+
+
+def differing(drive: ByHand, configuration: Configuration) -> Answer:
+    """What the controllers hold otherwise than the configuration, with the key that says it."""
+    return Answer({"ok": True, "differences": [_told(each, configuration) for each in drive.differences()]})
+
+
+def given_by_hand(
+    drive: ByHand, axis: str, text: str, *, confirmed: bool, within: "Callable[[Callable[[], Given]], Given]"
+) -> Answer:
+    """Give a command; one that changes anything `within` what sees to it that the telescope is at rest.
+
+    Raises
+    ------
+    InputError
+        It is risky and was not confirmed.
+    """
+    from mounts.apo.by_hand import risk_of  # noqa: PLC0415 - only where a command is given
+    from mounts.apo.commands import decode  # noqa: PLC0415 - likewise
+
+    what = decode(text)
+    if (risk := risk_of(text)) and not confirmed:
+        raise InputError(f"{what.text}: {risk}; confirm it with --yes")
+    given = drive.by_hand(axis, text) if what.name in _ASKING else within(lambda: drive.by_hand(axis, text))
+    passages = [
+        {
+            "utc": utc(each.time),
+            "position_deg": each.position_deg,
+            "velocity_deg_s": each.velocity_deg_s,
+            "error_deg": each.error_deg,
+            "edge": each.edge,
+            "correction_deg": each.correction_deg,
+        }
+        for each in given.fiducials
+    ]
+    lines = list(given.reply.lines)
+    return Answer({"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages})
+
+
+def _told(each: "Setting", configuration: Configuration) -> dict[str, Any]:
+    section = _SECTION_OF[each.axis]
+    if each.name == "MAXV":
+        key, value = "max_speed_deg_s", each.told
+    else:
+        gear = gearing(configuration, section)
+        upper = (each.name == "upper soft limit") is not gear.reversed
+        key, value = "max_deg" if upper else "min_deg", round(math.degrees(gear.angle(each.told)), 6)
+    return {
+        "key": f"{section}.{key}",
+        "register": f"{each.axis} {each.name}",
+        "unit": each.told,
+        "configured": each.configured,
+        "units": each.unit,
+        "unit_value": value,
+    }

@@ -1,0 +1,135 @@
+"""The axis controllers as the application sees them: `apo`, a line an axis, and `sdss`, all axes on one line."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+from clockdrive.configuration import Configuration
+from clockdrive.drives.apo.settings import gearing, park_degrees, sections, settings, travel
+from clockdrive.errors import ConfigurationError
+from pointing.plan import Axis, Timing
+
+if TYPE_CHECKING:
+    from clockdrive.drives.kind import Remember
+    from mounts.apo.controller import AxisSelect
+    from mounts.apo.drive import ApoDrive
+    from mounts.apo.line import Line
+    from mounts.apo.simulator import SimulatedObservatory
+    from transports.link import Clock, Link
+    from transports.memory import Device
+
+_SERIAL_BAUD = 9600
+
+
+def axes(configuration: Configuration) -> tuple[Axis, Axis]:
+    """Both pointing axes in degrees, with the travel that the configuration allows them."""
+    one, two = (
+        Axis(section, gearing(configuration, section), *travel(configuration, section), units="degrees")
+        for section in ("axis1", "axis2")
+    )
+    return one, two
+
+
+def timing(configuration: Configuration) -> Timing:
+    """How the configured axes move: each as soon as it can, and with the velocity of what it meets."""
+    from mounts.apo.drive import LEAD_S  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - likewise
+
+    one, two, *others = (
+        ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3)
+        for axis in settings(configuration).axes
+    )
+    return Timing((one, two), latency=LEAD_S, together=False, rotator=next(iter(others), None))
+
+
+def drive(
+    configuration: Configuration,
+    clock: "Clock",
+    lines: "tuple[Device, ...]",
+    memory: Mapping[str, object],
+    remember: "Remember",
+) -> "tuple[ApoDrive, Configuration]":
+    """Make the drive, not yet connected; the controllers hold no keys of the configuration."""
+    from mounts.apo.axis import ControlledAxis  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.apo.controller import Controller  # noqa: PLC0415 - likewise
+    from mounts.apo.drive import ApoDrive  # noqa: PLC0415 - likewise
+
+    wanted = settings(configuration)
+    shared = wanted.kind == "sdss"
+    opened = _simulated_lines(configuration, clock, lines) if lines else _lines(configuration, clock)
+    controllers = (
+        ControlledAxis(
+            Controller(
+                opened[0] if shared else opened[i],
+                wanted.kind,
+                axis.word if shared else "",
+                axis_select=cast("AxisSelect", configuration.values.get("drive.axis_select", "prefix")),
+                limits_command=str(configuration.values["drive.limits_command"]),
+            ),
+            axis,
+            wanted.kind,
+        )
+        for i, axis in enumerate(wanted.axes)
+    )
+    return ApoDrive(tuple(controllers), wanted, memory, remember), configuration
+
+
+def simulated(
+    configuration: Configuration, time: float, snapshot: Mapping[str, object] | None
+) -> "SimulatedObservatory":
+    """Simulated controllers, as they were left or new at their park positions."""
+    from clockdrive.drives.apo.simulator import observatory  # noqa: PLC0415 - only where one is used
+
+    return observatory(configuration, time, snapshot)
+
+
+def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
+    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+    return {"unsynchronised": "", "position": list(park_degrees(configuration)), "time": time}
+
+
+def _lines(configuration: Configuration, clock: "Clock") -> "list[Line]":
+    from transports.open_link import open_link  # noqa: PLC0415 - only where a link is opened
+
+    return [_line(url, partial(open_link, url, clock), clock) for url in links(configuration)]
+
+
+def links(configuration: Configuration) -> tuple[str, ...]:
+    """The addresses of the lines: one an axis, or the one they share.
+
+    Raises
+    ------
+    ConfigurationError
+        An axis has no line of its own.
+    """
+    if configuration.drive.kind == "sdss":
+        return (configuration.drive.link,)
+    found = {section: configuration.values[f"{section}.link"] for section in sections(configuration)}
+    if problems := [
+        f"{section}.link: give it, each axis has a line of its own" for section in found if not found[section]
+    ]:
+        raise ConfigurationError(configuration.source, problems)
+    return tuple(map(str, found.values()))
+
+
+def _line(url: str, opening: "Callable[[], Link]", clock: "Clock") -> "Line":
+    from mounts.apo.line import Line  # noqa: PLC0415 - likewise
+
+    _, _, options = url.partition("baud=")
+    baud = None if url.startswith("tcp:") else int(options) if options else _SERIAL_BAUD
+    return Line(opening, clock, baud=baud)
+
+
+def _simulated_lines(configuration: Configuration, clock: "Clock", devices: "tuple[Device, ...]") -> "list[Line]":
+    from mounts.apo.line import Line  # noqa: PLC0415 - likewise
+    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
+
+    latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
+    return [
+        Line(
+            partial(MemoryLink, device, clock, latency_s=latency, baud=baud, name=f"sim:{i + 1}"),
+            clock,
+            baud=baud,
+        )
+        for i, device in enumerate(devices)
+    ]

@@ -1,0 +1,226 @@
+"""One axis behind its controller: what it was told, what it answers, and how far its clock is off.
+
+Outside, times are POSIX seconds; on the wire they are the controller's own, TAI seconds of the day and its clock's
+offset. A node whose answer was lost is not sent again: see `line`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from mounts.apo import tai
+from mounts.apo.clock_offset import ClockOffset
+from mounts.apo.commands import Kind, command
+from mounts.apo.controller import Controller, Timed
+from mounts.apo.errors import CommandRefused, MalformedReply
+from mounts.apo.node_queue import NodeQueue, PathNode
+from mounts.apo.readings import Drift, continues
+from mounts.apo.settings import AxisSettings
+from mounts.apo.status_word import StatusWord, sticky_mask
+from mounts.errors import DriveRefused
+from transports.errors import LinkError, NoAnswer, TransportError, WrongAnswer
+
+_T = TypeVar("_T")
+_D = TypeVar("_D", bound=Drift)
+_ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
+_BRAKES = 3.0  # times the configured acceleration, which a stop may reach
+_PRINTED_DEG = 5e-7
+_PRINTED_S = 0.001
+MOST_OFFSET_S = 0.4
+_SCALES = (("UTC", 37.0), ("GPS time", 19.0))
+
+
+@dataclass(frozen=True)
+class Sight:
+    """An axis at one moment: degrees, degrees per second, POSIX seconds."""
+
+    time: float
+    position: float
+    velocity: float
+    uncertainty: float
+    word: StatusWord
+
+
+class ControlledAxis:
+    """One axis.
+
+    Parameters
+    ----------
+    controller : Controller
+        At the far end of its line.
+    settings : AxisSettings
+        Its name and its bounds.
+    kind : str
+        Whose status bits it has.
+    """
+
+    def __init__(self, controller: Controller, settings: AxisSettings, kind: Kind) -> None:
+        self.controller = controller
+        self.settings = settings
+        self.offset = ClockOffset()
+        self.queue = NodeQueue()
+        self.sight: Sight | None = None
+        self.latched = StatusWord(0, kind)
+        """The sticky bits seen since the last INIT: on the SDSS to read them is to clear them."""
+        self.clock_stepped = False
+        self.lost_node = False
+        """Whether the last node's answer was lost: it may be in the buffer or not."""
+        self._raw: Drift | None = None  # the last answer that told position and time
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return self.settings.name
+
+    @property
+    def word(self) -> StatusWord:
+        """All that stands: what is latched and what was seen last."""
+        return self.latched if self.sight is None else self.latched | self.sight.word
+
+    # Asking ----------------------------------------------------------------------------------------------------
+
+    def look(self) -> Sight:
+        """Ask STATUS; the position is compared with the one before, and asked for again where it cannot be.
+
+        Raises
+        ------
+        TransportError
+            It does not answer; the text names the axis.
+        """
+        timed = self.asked(lambda: self._plausible(self.controller.status))
+        status, posix = timed.value, self._seen(timed)
+        self.latched |= StatusWord(status.word.value & sticky_mask(status.word.kind), status.word.kind)
+        rate = abs(status.velocity_deg_s)
+        unsure = _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
+        self.sight = Sight(posix, status.position_deg, status.velocity_deg_s, unsure, status.word)
+        self.queue.forget_before(posix)
+        return self.sight
+
+    def drift(self) -> PathNode:
+        """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
+        timed = self.asked(lambda: self._plausible(self.controller.drift))
+        line = PathNode(self._seen(timed), timed.value.position_deg, timed.value.velocity_deg_s)
+        self.queue.begin(line)
+        self.lost_node = False
+        return line
+
+    def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
+        """Ask until an answer follows from the one before; the first of all is asked for twice.
+
+        A digit that noise has made into another is no error that a line without checksums shows.
+        """
+        before = self._raw
+        for _ in range(_ASKED_AGAIN):
+            timed = ask()
+            if before is not None and continues(before, timed.value, self._hardest):
+                self._raw = timed.value
+                return timed
+            before = timed.value
+        raise WrongAnswer(
+            f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
+            f"{before.position_deg if before else 0.0:.7f}°; check cable and baud rate"
+        )
+
+    @property
+    def _hardest(self) -> float:
+        return _BRAKES * self.settings.acceleration_deg_s2
+
+    def _seen(self, timed: Timed[_D]) -> float:
+        """Learn the clock's offset from an answer; return the POSIX time that it speaks of."""
+        if not timed.value.clock_is_set:
+            return (timed.sent + timed.received) / 2.0
+        told = tai.posix(timed.value.time_tai_s, timed.received)
+        self.clock_stepped |= self.offset.see(told, timed.sent, timed.received)
+        return told - self.offset.value
+
+    def clock_trouble(self) -> str:
+        """What is wrong with the controller's clock; empty where node times can be corrected for it."""
+        if self._raw is not None and not self._raw.clock_is_set:
+            return f"{self.name}: the controller's clock is not set; set it, then INIT"
+        off = self.offset.value
+        if abs(off) <= MOST_OFFSET_S:
+            return ""
+        scale = next((f", as if it showed {name} instead of TAI" for name, by in _SCALES if abs(off + by) < 1.0), "")
+        return (
+            f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {MOST_OFFSET_S:g} s; set it "
+            "and check the host's own clock"
+        )
+
+    def require_clock(self) -> None:
+        """Refuse a controller whose clock is too far off.
+
+        Raises
+        ------
+        DriveRefused
+            By how much, and what to do.
+        """
+        if text := self.clock_trouble():
+            raise DriveRefused(text)
+
+    # Commanding ------------------------------------------------------------------------------------------------
+
+    def send(self, node: PathNode) -> None:
+        """Give the next node of the path.
+
+        Raises
+        ------
+        DriveRefused
+            The controller does not take it.
+        TransportError
+            Its answer was lost; it may have been taken, and is not sent again.
+        """
+        when = tai.seconds_of_day(node.time + self.offset.value)
+        try:
+            self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+        except TransportError:
+            self.lost_node = True
+            raise
+        self.lost_node = False
+        self.queue.append(node)
+
+    def halt(self, *, abruptly: bool = False) -> None:
+        """End the motion; the axis decelerates, or is stopped as the stop button does."""
+        self.asked(lambda: self.controller.tell("STOP" if abruptly else "MOVE"))
+        self.queue.clear()
+
+    def initialise(self) -> None:
+        """Halt and clear the sticky bits."""
+        self.asked(lambda: self.controller.tell("INIT"))
+        self.queue.clear()
+        self.forget_bits()
+
+    def forget_bits(self) -> None:
+        """Forget what was latched: INIT has cleared it."""
+        self.sight, self.latched = None, StatusWord(0, self.latched.kind)
+
+    def forget_path(self) -> None:
+        """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
+        self.queue.clear()
+        self._raw = None
+
+    def displace(self, degrees: float) -> None:
+        """Offset all that the controller has been given; later nodes must contain it."""
+        self.asked(lambda: self.controller.tell("+MOVE", degrees))
+        self.queue.shift(degrees)
+        self._raw = None
+
+    def set_position(self, degrees: float) -> None:
+        """Declare the present position."""
+        self.asked(lambda: self.controller.tell("SET.POSITION", degrees))
+        self._raw = None
+
+    def node_line_time(self) -> float:
+        """Seconds that a node takes on the line with its answer."""
+        longest = command("MOVE", -self.settings.highest_deg, -self.settings.max_speed_deg_s, 86399.0)
+        return self.controller.line_time(longest)
+
+    def asked(self, work: Callable[[], _T]) -> _T:
+        """Name the axis in whatever goes wrong."""
+        try:
+            return work()
+        except CommandRefused as error:
+            raise DriveRefused(f"{self.name}: {error}") from error
+        except MalformedReply as error:
+            raise WrongAnswer(f"{self.name}: {error}") from error
+        except (NoAnswer, WrongAnswer, LinkError) as error:
+            raise type(error)(f"{self.name}: {error}") from error

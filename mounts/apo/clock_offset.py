@@ -1,0 +1,78 @@
+"""How far a controller's clock is ahead of the host's, from every answer that tells its time.
+
+The controller read its clock somewhere between the end of the request and the end of the answer, and printed it to a
+millisecond: each answer bounds the offset from both sides. A clock that all bounds allow to be right is taken to be
+right; otherwise the middle of the bounds counts, of the quickest answers, for the longer one was under way, the less
+its middle says.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+_PRINTED_S = 0.001  # to which times are printed, rounded or cut
+_KEPT_S = 60.0
+_MOST = 64  # answers
+_QUICK = 1.5  # times the quickest round trip
+_STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Bounds of the offset, seconds, at a POSIX time."""
+
+    time: float
+    low: float
+    high: float
+
+
+class ClockOffset:
+    """The offset of one controller's clock: what its clock reads minus what it should.
+
+    Attributes
+    ----------
+    value : float
+        The offset, seconds; 0 while nothing is known or speaks against it.
+    uncertainty_s : float
+        By how much it may be off, seconds.
+    """
+
+    def __init__(self) -> None:
+        self._sights: deque[_Sight] = deque(maxlen=_MOST)
+        self.value = self.uncertainty_s = 0.0
+
+    def see(self, told: float, sent: float, received: float) -> bool:
+        """Take an answer that told a time, as POSIX seconds; return whether the clock was set since the last one.
+
+        Parameters
+        ----------
+        told : float
+            What the controller's clock read, POSIX seconds by the table of leap seconds.
+        sent, received : float
+            POSIX seconds, by the host's clock, between which it was read.
+        """
+        seen = _Sight(received, told - _PRINTED_S - received, told + _PRINTED_S - sent)
+        stepped = self.known and not seen.low - _STEP_S <= self.value <= seen.high + _STEP_S
+        if stepped:
+            self.forget()
+        self._sights.append(seen)
+        while self._sights[0].time < received - _KEPT_S:
+            self._sights.popleft()
+        self._estimate()
+        return stepped
+
+    def forget(self) -> None:
+        """Begin anew, after the controller has restarted."""
+        self._sights.clear()
+        self.value = self.uncertainty_s = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether the controller has told its time."""
+        return bool(self._sights)
+
+    def _estimate(self) -> None:
+        shortest = min(sight.high - sight.low for sight in self._sights)
+        quick = [sight for sight in self._sights if sight.high - sight.low <= _QUICK * shortest]
+        right = all(sight.low <= 0.0 <= sight.high for sight in self._sights)
+        self.value = 0.0 if right else sum(sight.low + sight.high for sight in quick) / (2.0 * len(quick))
+        self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))

@@ -1,0 +1,502 @@
+"""Axis controllers behind the Drive contract: the 3.5 m telescope's and the SDSS's.
+
+An axis is moved by nodes alone, each a place, a velocity and a time; the controller joins them by cubics. A slew
+begins with DRIFT, whose answer says on what line the axis goes on, and ends on the path of the target with its
+velocity. From then on `follow` keeps the buffer filled. What cannot be followed, or answered for, ends with MOVE on
+all axes: they decelerate and stand.
+
+Positions are the controllers' degrees; they keep them without the host. What was there last is remembered, so that a
+position that jumped while nobody looked is called unsynchronised.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+
+from mounts.apo import supervision
+from mounts.apo.axis import ControlledAxis, Sight
+from mounts.apo.by_hand import BY_HAND, SETS_POSITION, Given, give
+from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
+from mounts.apo.following import Follower
+from mounts.apo.meeting import Where, meet
+from mounts.apo.node_queue import PathNode
+from mounts.apo.settings import ApoSettings
+from mounts.apo.slew_model import ApoSlewModel
+from mounts.apo.trust import Trust
+from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
+from mounts.errors import DriveError, DriveRefused, Unsynchronised
+from pointing.plan import Leading
+from transports.errors import TransportError
+
+LEAD_S = 1.0  # by which the first node must be sent ahead
+_MARGIN_S = 0.1  # for the solving
+_SLEW_NODES = 9  # of a slew at most, with the one that holds it
+_HOLD_S = 5.0  # an axis that landed at rest is held by a node until MOVE lets it stand
+_LANDED_S = 0.1
+_SILENT_S = 4.0  # after which an axis that does not answer halts all others
+_ATTEMPTS = 3
+_STOPS_IN_S = 2.0  # beyond what the deceleration takes
+_MOVES = 1e-4  # deg/s
+_SLOW_DEG_S = 0.1  # of an axis that may be synchronised while it tracks
+_BRAKING = 100  # looks, each as long as an exchange
+
+
+class ApoDrive:
+    """Two or three axis controllers.
+
+    Parameters
+    ----------
+    axes : tuple of ControlledAxis
+        Azimuth, altitude and perhaps a rotator.
+    settings : ApoSettings
+        What the configuration says.
+    memory : Mapping
+        What `memory` gave when these controllers were last driven; empty for ones never seen.
+    remember : callable
+        Keeps `memory`; called before a position is set.
+    """
+
+    def __init__(
+        self,
+        axes: tuple[ControlledAxis, ...],
+        settings: ApoSettings,
+        memory: Mapping[str, object],
+        remember: Callable[[Mapping[str, object]], None] = lambda memory: None,  # noqa: ARG005 - a test need not
+    ) -> None:
+        self._axes = axes
+        self._settings = settings
+        self._remember = remember
+        self._trust = Trust(memory, settings)
+        self._models = tuple(
+            ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3) for axis in settings.axes
+        )
+        self._follower = Follower(axes, settings, self._meet)
+        self._notes: list[str] = []
+        self._arrivals: list[float | None] = [None] * len(axes)  # POSIX seconds, of the slew under way
+        self._holding = [False] * len(axes)  # at the end of a slew that ended at rest
+        self._halted: float | None = None  # POSIX seconds, while the axes may still move after a MOVE
+        self._heard = [-math.inf] * len(axes)
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """It has a position and a stop, takes nodes, and drifts on alone."""
+        return Capabilities(
+            has_position=True,
+            can_stop=True,
+            rate_control=True,
+            path_nodes=True,
+            holds_rate_alone=True,
+            units="degrees",
+        )
+
+    @property
+    def slew_models(self) -> tuple[ApoSlewModel, ...]:
+        """The quickest jerk-limited way of each axis."""
+        return self._models
+
+    @property
+    def start_latency(self) -> float:
+        """Seconds from `start` to the motion: the lead of the first node, and the line time of all that is sent."""
+        return LEAD_S + _MARGIN_S + sum(_SLEW_NODES * axis.node_line_time() for axis in self._axes)
+
+    @property
+    def axes_land_together(self) -> bool:
+        """Each as soon as it can."""
+        return False
+
+    @property
+    def memory(self) -> Mapping[str, object]:
+        """Where the axes were, when, and whether that could be trusted."""
+        return self._trust.as_json()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Differences from the configuration, warnings of the controllers, clocks that are off."""
+        clocks = (
+            f"{axis.name}: the controller's clock is {axis.offset.value:+.3f} s off; node times are corrected for it"
+            for axis in self._axes
+            if axis.offset.value
+        )
+        warned = (f"{text} since the last INIT" for text in supervision.warnings(self._axes))
+        return (*self._notes, *clocks, *warned)
+
+    @property
+    def leading(self) -> Leading | None:
+        """None: every target is met with its own velocity."""
+        return None
+
+    def stand_by(self, time: float) -> None:
+        """Nothing to get ready."""
+
+    # Connecting ------------------------------------------------------------------------------------------------
+
+    def connect(self, time: float, *, make_safe: bool) -> Reading:
+        """Identify each controller, initialise what has halted, compare limits, measure the clocks.
+
+        Raises
+        ------
+        WrongProtocol, DriveRefused, TransportError
+            No controller answers on a line; its clock is in the wrong scale or too far off.
+        """
+        for axis in self._axes:
+            identified(axis)
+        if make_safe:
+            self._halt_all(time)
+        self._notes = []
+        for i, axis in enumerate(self._axes):
+            sight = axis.look()
+            word = sight.word
+            if word.restarted:
+                self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
+                self._trust.restarted(i, sight)
+            if supervision.needs_init(word):
+                axis.initialise()
+                axis.look()
+            self._notes += settings_notes(axis)
+            axis.require_clock()
+        return self.read(time)
+
+    # Reading ---------------------------------------------------------------------------------------------------
+
+    def read(self, time: float) -> Reading:
+        """Ask STATUS of each axis and carry all to one time; act on what it says.
+
+        Raises
+        ------
+        TransportError
+            An axis does not answer; after 4 s all that do were halted.
+        DriveRefused
+            A controller has restarted, an axis is off its path, a clock is wrong; all were halted.
+        """
+        sights = self._look_at_all(time)
+        self._settle(sights)
+        if trouble := self._trouble(sights):
+            self._halt_what_answers(time)
+            raise DriveRefused(f"{trouble}; all axes were halted")
+        reading = self._reading(sights)
+        if reading.alarms and any(axis.queue.last for axis in self._axes):
+            self._halt_what_answers(time)
+        return reading
+
+    def _look_at_all(self, time: float) -> list[Sight]:
+        sights, silent = [], []
+        for i, axis in enumerate(self._axes):
+            try:
+                sights.append(axis.look())
+                self._heard[i] = sights[-1].time
+            except TransportError as error:
+                silent.append((i, error))
+        if not silent:
+            return sights
+        lost = [time - self._heard[i] for i, _ in silent]
+        if max(lost) > _SILENT_S and any(axis.queue.last for axis in self._axes):
+            self._halt_what_answers(time)
+            names = " and ".join(self._axes[i].name for i, _ in silent)
+            raise DriveRefused(
+                f"{names}: no answer for {max(lost):.1f} s; MOVE halted all axes that answer: {silent[0][1]}"
+            )
+        raise silent[0][1]
+
+    def _settle(self, sights: Sequence[Sight]) -> None:
+        """End what has come to its end: slews that landed, stops that came to rest."""
+        for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+            due = self._arrivals[i]
+            if due is not None and sight.time >= due:
+                self._arrivals[i] = None
+            if self._holding[i] and self._arrivals[i] is None and sight.time >= axis.queue.ends - _HOLD_S + _LANDED_S:
+                axis.halt()
+                self._holding[i] = False
+        if self._halted is None:
+            return
+        if all(abs(sight.velocity) < _MOVES for sight in sights):
+            self._halted = None
+        elif max(sight.time for sight in sights) > self._halted + self._stopping_s + _STOPS_IN_S:
+            for axis in self._axes:
+                axis.halt(abruptly=True)
+            self._halted = max(sight.time for sight in sights)
+
+    @property
+    def _stopping_s(self) -> float:
+        return max(axis.max_speed_deg_s / axis.acceleration_deg_s2 for axis in self._settings.axes)
+
+    def _trouble(self, sights: Sequence[Sight]) -> str:
+        for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+            if sight.word.restarted:
+                self._trust.restarted(i, sight)
+                axis.initialise()
+                axis.offset.forget()
+                axis.look()
+                return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
+            if text := supervision.off_its_path(axis, sight):
+                return text
+            if axis.queue.is_path and sight.time > axis.queue.ends + 0.5:
+                return f"{axis.name}: its path ended {sight.time - axis.queue.ends:.1f} s ago; `goto` again"
+            if text := axis.clock_trouble():
+                return text
+        return ""
+
+    def _reading(self, sights: Sequence[Sight]) -> Reading:
+        now = max(sight.time for sight in sights)
+        axes = []
+        for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+            late = now - sight.time
+            here = axis.queue.at(now)
+            carried = sight.position + sight.velocity * late
+            unsure = sight.uncertainty + abs(here[0] - carried if here else 0.5 * self._harsh(i) * late**2)
+            axes.append(AxisReading(carried, unsure, sight.velocity, self._arrivals[i] is not None))
+        self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
+        slewing, tracking = any(axis.slewing for axis in axes), self._follower.active
+        moving = self._halted is None and any(abs(axis.rate) > _MOVES for axis in axes)
+        told = (
+            "slewing" if slewing else "tracking" if tracking else "another host" if moving and not self._led else ""
+        )
+        return Reading(
+            time=now,
+            axes=tuple(axes),
+            motion=(told,) if told else (),
+            limits=supervision.limits(self._axes),
+            alarms=supervision.alarms(self._axes),
+            tracking=tracking and not slewing,
+            unsynchronised=self._trust.unsynchronised,
+        )
+
+    @property
+    def _led(self) -> bool:
+        """Whether any axis has something of ours to do."""
+        return any(axis.queue.last for axis in self._axes)
+
+    def _harsh(self, i: int) -> float:
+        return self._settings.axes[i].acceleration_deg_s2 if self._halted is not None else 0.0
+
+    # Moving ----------------------------------------------------------------------------------------------------
+
+    def start(self, axes: Sequence[AxisSlew], time: float) -> float:
+        """Begin a slew of all axes: DRIFT, then nodes from there to where the target is at the arrival.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused
+            The position may be wrong; an alarm stands; a controller takes no nodes; the way leaves the travel.
+        TransportError
+            An axis does not answer. All were halted, as with every error after the first DRIFT.
+        """
+        self._require_ready()
+        self._follower.end()
+        self._halted = None
+        began = math.inf
+        with self._halted_on_failure(time):
+            for i, slew in enumerate(axes):
+                nodes = self._meet(i, _line_of(slew, time), slew.arrival, slew.max_rate)
+                began = min(began, nodes[0].time)
+                self._arrivals[i] = nodes[-1].time
+                self._holding[i] = slew.rate_after == 0.0
+        return began
+
+    def _meet(
+        self, i: int, where: Where, arrival: float | None = None, max_rate: float | None = None
+    ) -> tuple[PathNode, ...]:
+        """Bring an axis onto a path by nodes that its controller has taken.
+
+        A node whose answer was lost, or that came too late, leaves the buffer in doubt: DRIFT flushes it, and the way
+        is planned anew.
+        """
+        axis, model = self._axes[i], self._models[i]
+        model = model if max_rate is None or max_rate >= model.max_rate else model.limited(max_rate)
+        line_time = _SLEW_NODES * axis.node_line_time()
+        for attempt in range(_ATTEMPTS):
+            line = axis.drift()
+            earliest = line.time + (LEAD_S + line_time) * (1.0 + 0.5 * attempt) + _MARGIN_S / 2.0
+            meeting = meet(axis.settings, line, earliest, where, arrival, model.profile)
+            nodes = meeting.nodes
+            if where(meeting.arrival)[1] == 0.0:
+                nodes = (*nodes, PathNode(meeting.arrival + _HOLD_S, nodes[-1].position, 0.0))
+            try:
+                for node in nodes:
+                    axis.send(node)
+            except (DriveRefused, TransportError):
+                if attempt == _ATTEMPTS - 1:
+                    raise
+            else:
+                return meeting.nodes
+        raise AssertionError("unreachable: the last attempt returns or raises")
+
+    def follow(self, path: AxisPath, time: float) -> float:
+        """Keep the buffers filled along a path; an axis that is not on it is brought there first.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused
+            As for `start`; the path leaves an axis's travel or is too fast for it.
+        TransportError
+            An axis does not answer; what its buffer holds it still follows.
+        """
+        if self._trust.unsynchronised:
+            raise Unsynchronised(self._trust.unsynchronised)
+        self._halted = None
+        try:
+            return self._follower.follow(path, time)
+        except DriveRefused:
+            self._halt_what_answers(time)
+            raise
+        finally:
+            self._holding = [False] * len(self._axes)
+
+    def move_at(self, rates: Sequence[float], time: float) -> None:
+        """Move at these rates by nodes on straight lines; zero rates are a stop.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused, TransportError
+            As for `start`.
+        """
+        if not any(rates):
+            self.stop(time)
+            return
+        if not self._follower.active:
+            self._require_ready()
+        self._halted = None
+        try:
+            self._follower.keep_moving(rates, time)
+        except DriveRefused:
+            self._halt_what_answers(time)
+            raise
+
+    def sync(self, counts: Sequence[float], time: float) -> None:
+        """Set the position of each axis: where it was at `time` is `counts`. Tracking axes are halted for it.
+
+        Raises
+        ------
+        DriveRefused
+            An axis slews, or does not come to rest.
+        """
+        if any(due is not None for due in self._arrivals):
+            raise DriveRefused("a slew is under way; `stop`, then sync")
+        before = [axis.queue.at(time) or _carried(axis.look(), time) for axis in self._axes]
+        if max(abs(rate) for _, rate in before) > _SLOW_DEG_S:
+            fastest = max(abs(rate) for _, rate in before)
+            raise DriveRefused(
+                f"an axis moves at {fastest:.3f}°/s, at most {_SLOW_DEG_S}°/s is halted for a sync; `stop`"
+            )
+        self._halt_all(time)
+        self._come_to_rest()
+        for axis, wanted, (was, _) in zip(self._axes, counts, before, strict=False):
+            self._trust.lose("a sync was cut short; sync again")
+            self._remember(self.memory)
+            target = axis.look().position + wanted - was
+            axis.set_position(target)
+            if abs(axis.look().position - target) > 2e-5:
+                raise DriveRefused(
+                    f"{axis.name} reads back {axis.look().position:.5f}° instead of {target:.5f}°; again"
+                )
+        self._trust.synchronised()
+        self._remember(self.memory)
+        self.read(time)
+
+    def _come_to_rest(self) -> None:
+        for _ in range(_BRAKING):
+            if all(abs(axis.look().velocity) < _MOVES for axis in self._axes):
+                return
+        raise DriveRefused("the axes do not come to rest; `stop`, then sync")
+
+    def stop(self, time: float) -> None:
+        """End all motion: MOVE on every axis, and an error only after all were told."""
+        self._halt_all(time)
+
+    def power(self, *, on: bool) -> None:
+        """Refuse: the controllers have no command for it.
+
+        Raises
+        ------
+        DriveRefused
+            Always.
+        """
+        word = "on" if on else "off"
+        raise DriveRefused(f"these controllers cannot switch their motors {word}; the amplifiers have a switch")
+
+    def registers(self) -> Mapping[str, str]:
+        """What each controller tells of itself, by axis and name."""
+        return {f"{axis.name} {name}": text for axis in self._axes for name, text in told(axis).items()}
+
+    def differences(self) -> Sequence[Setting]:
+        """What each controller holds otherwise than it is configured."""
+        return [each for axis in self._axes for each in settings_of(axis) if each.differs]
+
+    def by_hand(self, name: str, text: str) -> Given:
+        """Give a command to the axis of this name.
+
+        Raises
+        ------
+        ImpossibleCommand, DriveRefused, TransportError
+            There is no such command, or axis; the controller refuses it, or does not answer.
+        """
+        axis = next((axis for axis in self._axes if axis.name == name), None)
+        if axis is None:
+            raise DriveRefused(f"no axis {name!r}; there is {', '.join(axis.name for axis in self._axes)}")
+        given = give(axis, text)
+        if given.command.name in SETS_POSITION:
+            self._trust.lose(BY_HAND.format(name))
+            self._remember(self.memory)
+        return given
+
+    def close(self, time: float, *, keep_tracking: bool) -> None:
+        """Leave the axes drifting at their present velocities, or halt them; close the lines."""
+        try:
+            if keep_tracking and self._follower.active:
+                for axis in self._axes:
+                    axis.drift()
+            else:
+                self._halt_all(time)
+        finally:
+            for axis in self._axes:
+                axis.controller.close()
+
+    # Halting ---------------------------------------------------------------------------------------------------
+
+    def _halt_all(self, time: float) -> None:
+        """Tell every axis, and raise the first error only then."""
+        self._follower.end()
+        errors: list[DriveError | TransportError] = []
+        for i, axis in enumerate(self._axes):
+            self._arrivals[i], self._holding[i] = None, False
+            try:
+                axis.halt()
+            except (DriveError, TransportError) as error:
+                axis.queue.clear()
+                errors.append(error)
+        self._halted = time
+        if errors:
+            raise errors[0]
+
+    def _halt_what_answers(self, time: float) -> None:
+        with suppress(DriveError, TransportError):
+            self._halt_all(time)
+
+    @contextmanager
+    def _halted_on_failure(self, time: float) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:
+            self._halt_what_answers(time)
+            raise
+
+    def _require_ready(self) -> None:
+        if self._trust.unsynchronised:
+            raise Unsynchronised(self._trust.unsynchronised)
+        for axis in self._axes:
+            axis.look()
+            if supervision.needs_init(axis.word):
+                axis.initialise()
+                axis.look()
+            axis.require_clock()
+        if standing := supervision.alarms(self._axes):
+            raise DriveRefused(f"{', '.join(standing)}, after INIT too; find the cause before moving")
+
+
+def _line_of(slew: AxisSlew, time: float) -> Where:
+    """The path of a slew's target: where it is at the planned arrival, going on at its rate."""
+    due = time if slew.arrival is None else slew.arrival
+    return lambda when: (slew.target + slew.rate_after * (when - due), slew.rate_after)
+
+
+def _carried(sight: Sight, time: float) -> tuple[float, float]:
+    return sight.position + sight.velocity * (time - sight.time), sight.velocity

@@ -1,0 +1,194 @@
+"""Keeping the axes on a path: their buffers filled with its nodes, and the path changed under way.
+
+The buffer holds ten seconds, so that as long a silence of a line does no harm. What a person changes must not wait
+for them to pass: a small displacement of what has been given is one `+MOVE`, which later nodes, taken from the new
+path, contain; a larger one is a new meeting.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import copysign, sqrt
+
+from mounts.apo.axis import ControlledAxis
+from mounts.apo.meeting import Where
+from mounts.apo.node_queue import PathNode
+from mounts.apo.settings import ApoSettings, AxisSettings
+from mounts.apo.tracking_nodes import interval_s
+from mounts.drive import AxisPath
+from mounts.errors import DriveRefused
+from transports.errors import TransportError
+
+AHEAD_S = 10.0  # that the buffer holds
+SOONEST_S = 1.5  # by which a node is sent ahead
+_PERIOD_S = 1.0
+_SAME_DEG = 1.4e-7  # 0.5 mas, within which a path is the old one
+_BLENDED_DEG = 1.0 / 3600.0  # by which the next node may lead over to a path that has changed
+_DISPLACED_DEG = 30.0 / 3600.0  # at most, by one +MOVE
+_MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
+_MOVING_STEP_S = 1.0
+_KEEPS_S = 0.2  # by which the travel is left ahead of a limit: nodes are not taken back
+
+Meet = Callable[[int, Where], Sequence[PathNode]]
+
+
+class Follower:
+    """Fills the buffers of all axes.
+
+    Parameters
+    ----------
+    axes : tuple of ControlledAxis
+        The axes.
+    settings : ApoSettings
+        Their bounds, and how many nodes they hold.
+    meet : callable
+        Brings an axis onto a path.
+    """
+
+    def __init__(self, axes: tuple[ControlledAxis, ...], settings: ApoSettings, meet: Meet) -> None:
+        self._axes = axes
+        self._settings = settings
+        self._meet = meet
+        self._path: AxisPath | None = None
+        self._rates: tuple[float, ...] | None = None
+        self._given = [0.0] * len(axes)  # POSIX seconds of the last node that was given, taken or not
+        self._doubtful = [False] * len(axes)
+        self._lines: dict[int, PathNode] = {}  # to move along at a speed of one's own
+
+    @property
+    def active(self) -> bool:
+        """Whether a path is followed."""
+        return self._path is not None or self._rates is not None
+
+    def end(self) -> None:
+        """Follow nothing any more."""
+        self._path = self._rates = None
+        self._doubtful = [False] * len(self._axes)
+
+    def follow(self, path: AxisPath, time: float) -> float:
+        """Fill the buffers of all axes along a path; return the seconds until that is due again.
+
+        Raises
+        ------
+        DriveRefused
+            The path leaves an axis's travel, or is too fast for it.
+        TransportError
+            An axis did not answer, the others were served all the same.
+        """
+        changed, self._path, self._rates = path is not self._path, path, None
+        return self._served([partial(self._follow, i, path, time, changed=changed) for i in self._indices])
+
+    def keep_moving(self, rates: Sequence[float], time: float) -> float:
+        """Fill the buffers along straight lines at these rates, from wherever the axes are."""
+        changed, self._path, self._rates = tuple(rates) != self._rates, None, tuple(rates)
+        return self._served([partial(self._keep, i, rates[i], time, changed=changed) for i in self._indices])
+
+    @property
+    def _indices(self) -> range:
+        return range(len(self._axes))
+
+    @staticmethod
+    def _served(work: Sequence[Callable[[], None]]) -> float:
+        lost: TransportError | None = None
+        for each in work:
+            try:
+                each()
+            except TransportError as error:
+                lost = lost or error
+        if lost is not None:
+            raise lost
+        return _PERIOD_S
+
+    def _follow(self, i: int, path: AxisPath, time: float, *, changed: bool) -> None:
+        axis = self._axes[i]
+
+        def where(when: float) -> tuple[float, float]:
+            return path.at(when)[i]
+
+        if self._must_meet(axis, i) or not self._leads_over(axis, where, time, changed=changed):
+            self._doubtful[i] = True  # until it has met
+            self._given[i] = self._meet(i, where)[-1].time
+            self._doubtful[i], axis.clock_stepped = False, False
+        self._fill(i, where, time, time + AHEAD_S, lambda when: interval_s(where, when))
+
+    def _must_meet(self, axis: ControlledAxis, i: int) -> bool:
+        return self._doubtful[i] or axis.clock_stepped or not axis.queue.is_path
+
+    def _leads_over(self, axis: ControlledAxis, where: Where, time: float, *, changed: bool) -> bool:
+        """Whether nodes of the path can follow those given, which are displaced where that is enough."""
+        last = axis.queue.last
+        if last is None:
+            return False
+        if not changed:
+            return abs(where(last.time)[0] - last.position) <= _BLENDED_DEG
+        ahead = axis.queue.ahead(time)
+        probed = (ahead[0], ahead[len(ahead) // 2], ahead[-1]) if ahead else (last,)
+        off = [where(node.time)[0] - node.position for node in probed]
+        shift = off[-1]
+        if abs(shift) <= _SAME_DEG or axis.queue.ends < time:
+            return abs(shift) <= _BLENDED_DEG
+        if abs(shift) > _DISPLACED_DEG or max(off) - min(off) > _BLENDED_DEG * 0.05:
+            return False
+        axis.displace(shift)
+        return True
+
+    def _fill(self, i: int, where: Where, time: float, until: float, interval: Callable[[float], float]) -> None:
+        axis = self._axes[i]
+        self._given[i] = max(self._given[i], axis.queue.ends)
+        while self._given[i] < until and axis.queue.pending(time) < self._settings.max_nodes - 1:
+            last = self._given[i]
+            when = max(last + interval(last), time + SOONEST_S)
+            node = PathNode(when, *where(when))
+            _require_possible(axis.settings, node)
+            self._given[i] = when
+            axis.send(node)
+
+    def _keep(self, i: int, rate: float, time: float, *, changed: bool) -> None:
+        axis = self._axes[i]
+        if changed or self._must_meet(axis, i):
+            here, before = axis.queue.at(time) or _stands(axis, time)
+            ramp = ramp_s(axis.settings, rate - before)
+            begin = time + SOONEST_S
+            at = here + before * (begin - time) + (before + rate) / 2.0 * ramp
+            self._lines[i] = PathNode(begin + ramp, at, rate)
+            self._doubtful[i] = True
+            self._given[i] = self._meet(i, self._line(i))[-1].time
+            self._doubtful[i], axis.clock_stepped = False, False
+        self._fill(i, self._line(i), time, time + _MOVING_AHEAD_S, lambda _: _MOVING_STEP_S)
+
+    def _line(self, i: int) -> Where:
+        line = self._lines[i]
+        return lambda when: (line.at(when), line.velocity)
+
+
+def ramp_s(axis: AxisSettings, change: float) -> float:
+    """Seconds in which the velocity changes by `change` at most steeply: a ramp of acceleration with its jerks."""
+    change, full = abs(change), axis.acceleration_deg_s2**2 / axis.jerk_deg_s3
+    if change >= full:
+        return change / axis.acceleration_deg_s2 + axis.acceleration_deg_s2 / axis.jerk_deg_s3
+    return 2.0 * sqrt(change / axis.jerk_deg_s3)
+
+
+def _stands(axis: ControlledAxis, time: float) -> tuple[float, float]:
+    sight = axis.look()
+    return sight.position + sight.velocity * (time - sight.time), sight.velocity
+
+
+def _require_possible(axis: AxisSettings, node: PathNode) -> None:
+    """Refuse a node that leaves the travel, with the stop that must still be possible, or is too fast."""
+    if abs(node.velocity) > axis.max_speed_deg_s:
+        raise DriveRefused(
+            f"{axis.name}: the path needs {abs(node.velocity):.3f}°/s, the axis has {axis.max_speed_deg_s:g}°/s; "
+            "`goto` it again after that"
+        )
+    stop = node.velocity**2 / (2.0 * axis.acceleration_deg_s2) * copysign(1.0, node.velocity)
+    reach = node.position + stop
+    if not axis.lowest_deg <= reach <= axis.highest_deg and not _comes_back(axis, node):
+        raise DriveRefused(
+            f"{axis.name}: the path leads to {node.position:.4f}°, and with the way to stop to {reach:.4f}°, outside "
+            f"{axis.lowest_deg:g}° to {axis.highest_deg:g}°; `goto` another target, or this one by another way"
+        )
+
+
+def _comes_back(axis: AxisSettings, node: PathNode) -> bool:
+    """Whether it moves away from the limit that it is beyond."""
+    return node.velocity < 0.0 if node.position > axis.highest_deg else node.velocity > 0.0

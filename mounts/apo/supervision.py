@@ -1,0 +1,60 @@
+"""What the status words of the axes mean for the telescope: alarms, limits, and what a person should know."""
+
+from collections.abc import Iterable
+
+from mounts.apo.axis import ControlledAxis, Sight
+from mounts.apo.status_word import StatusWord
+
+_LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
+_NO_TROUBLE = frozenset({*_LIMITS, "buffer_empty", "restarted"})
+_OFF_DEG = 0.02  # by which an axis may be off its path before it is called so
+_OFF_S = 0.05  # of its present speed, likewise
+
+
+def alarms(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:
+    """The errors that stand, each with its axis; a limit is none."""
+    return tuple(
+        f"{axis.name} {_spoken(name)}" for axis in axes for name in axis.word.errors if name not in _NO_TROUBLE
+    )
+
+
+def warnings(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:
+    """The warnings since the last INIT, each with its axis."""
+    return tuple(
+        f"{axis.name} {_spoken(name)}" for axis in axes for name in axis.word.warnings if name not in _NO_TROUBLE
+    )
+
+
+def limits(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:
+    """The limits reached now."""
+    return tuple(
+        f"{axis.name} {_spoken(name)}"
+        for axis in axes
+        if axis.sight is not None
+        for name in _LIMITS
+        if axis.sight.word.has(name)
+    )
+
+
+def needs_init(word: StatusWord) -> bool:
+    """Whether a controller must be initialised before it moves: it has restarted, or an error has halted it."""
+    return word.restarted or bool(set(word.errors) - _NO_TROUBLE)
+
+
+def off_its_path(axis: ControlledAxis, sight: Sight) -> str:
+    """By how much an axis is off the path it was given, in words; empty where it is on it, or has none."""
+    expected = axis.queue.at(sight.time)
+    if expected is None or not axis.queue.is_path:
+        return ""
+    off = abs(sight.position - expected[0])
+    bound = _OFF_DEG + _OFF_S * abs(expected[1]) + sight.uncertainty
+    if off <= bound:
+        return ""
+    return (
+        f"{axis.name} is at {sight.position:.4f}°, its path at {expected[0]:.4f}°: more than {bound:.3f}° off; "
+        "check what blocks it and its status bits, then `goto` again"
+    )
+
+
+def _spoken(name: str) -> str:
+    return name.replace("_", " ")

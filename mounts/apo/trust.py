@@ -1,0 +1,79 @@
+"""Whether the positions of the controllers can be believed, and what must be remembered for that.
+
+A controller keeps its position without the host. It may lose it when it restarts: then it must be where it was last
+seen, or where it can have come since, else the position is unsynchronised until `sync`.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from mounts.apo.axis import Sight
+from mounts.apo.settings import ApoSettings
+
+_STOOD_DEG = 0.01  # by which an axis at rest may be found elsewhere
+REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
+
+
+class Trust:
+    """What is believed of the positions.
+
+    Parameters
+    ----------
+    memory : Mapping
+        What `as_json` gave; empty for controllers never seen.
+    settings : ApoSettings
+        Their axes, and what their degrees mean.
+    """
+
+    def __init__(self, memory: Mapping[str, object], settings: ApoSettings) -> None:
+        self._settings = settings
+        self.unsynchronised = str(memory.get("unsynchronised", ""))
+        if not self.unsynchronised and memory.get("meaning", settings.meaning) != settings.meaning:
+            self.unsynchronised = REINTERPRETED
+        self._position = _numbers(memory.get("position"), len(settings.axes))
+        self._rates = _numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
+        time = memory.get("time")
+        self._time = float(time) if isinstance(time, int | float) else 0.0
+
+    def as_json(self) -> dict[str, object]:
+        """What must be remembered."""
+        return {
+            "unsynchronised": self.unsynchronised,
+            "meaning": self._settings.meaning,
+            "position": list(self._position or ()),
+            "rates": list(self._rates),
+            "time": self._time,
+        }
+
+    def seen(self, time: float, position: Sequence[float], rates: Sequence[float]) -> None:
+        """Take note of where the axes are."""
+        self._time, self._position, self._rates = time, tuple(position), tuple(rates)
+
+    def restarted(self, axis: int, sight: Sight) -> None:
+        """Judge the position of a controller that has restarted since it was last seen."""
+        settings = self._settings.axes[axis]
+        if self._position is None:
+            self.lose(f"{settings.name}: its controller has restarted and was never seen before; `sync` on a target")
+            return
+        speed = abs(self._rates[axis])
+        way = speed * max(0.0, sight.time - self._time) if speed else 0.0
+        stop = speed**2 / settings.acceleration_deg_s2 + speed * settings.acceleration_deg_s2 / settings.jerk_deg_s3
+        moved = abs(sight.position - self._position[axis])
+        if moved > _STOOD_DEG + min(way, stop + speed * 1.0) + stop:
+            self.lose(
+                f"{settings.name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it "
+                "was last seen; `sync` on a target"
+            )
+
+    def lose(self, why: str) -> None:
+        """The position may be wrong."""
+        self.unsynchronised = why
+
+    def synchronised(self) -> None:
+        """The position is right from now on."""
+        self.unsynchronised = ""
+
+
+def _numbers(kept: object, count: int) -> tuple[float, ...] | None:
+    if not isinstance(kept, list) or len(kept) != count:
+        return None
+    return tuple(float(each) for each in kept)

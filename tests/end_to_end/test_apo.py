@@ -1,0 +1,92 @@
+"""Axis controllers from command to sky: on target at the announced moment, and kept there."""
+
+import math
+
+import pytest
+from apo_bench import MIDNIGHT, NIGHT, ApoWitness, apo_telescope, rms
+from orbit import Overhead
+from telescope_bench import star_at
+
+from pointing.errors import Unreachable
+
+ON_TARGET = 0.05  # arcsec
+KINDS = ("apo", "sdss")
+SKY = ((200.0, 50.0), (20.0, 35.0), (310.0, 70.0), (95.0, 82.0), (250.0, 25.0), (140.0, 60.0))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_stars_all_over_the_sky_are_met_at_the_announced_moment(kind, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
+        witness, worst = ApoWitness(scope), 0.0
+        for azimuth, altitude in SKY:
+            star = star_at(scope, azimuth, altitude, scope.clock.now() + 60.0)
+            arrival = scope.goto(star)
+            off = witness.on_sky_arcsec(star, witness.at_arrival(), witness.arrivals[-1])
+            worst = max(worst, off)
+            assert arrival["slews"] == 1
+            assert off < ON_TARGET, (azimuth, altitude)
+        print(f"{kind}: {len(SKY)} stars, worst at arrival {worst:.4f}″")
+        assert not witness.dry()
+        assert not scope.status()["trouble"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["Jupiter", "Saturn", "Mars", "Moon"])
+def test_planets_are_met_and_followed(kind, name, tmp_path):
+    start = _up(kind, name, tmp_path / "search")
+    with apo_telescope(kind, tmp_path, start) as scope:
+        witness = ApoWitness(scope)
+        arrival = scope.goto(name)
+        target = scope._session.wanted
+        off = witness.on_sky_arcsec(target, witness.at_arrival(), witness.arrivals[-1])
+        followed = witness.tracked_arcsec(target, 120.0, 1.7)
+        print(f"{kind} {name}: {off:.4f}″ at arrival, at most {max(followed):.4f}″ in two minutes")
+        assert arrival["slews"] == 1
+        assert off < ON_TARGET
+        assert max(followed) < ON_TARGET
+        assert not witness.dry()
+
+
+def _up(kind, name, folder):
+    """A time of the day at which the target stands well within the travel."""
+    with apo_telescope(kind, folder) as scope:
+        for hour in range(24):
+            try:
+                scope.plan(name, NIGHT + 3600.0 * hour)
+            except Unreachable:
+                continue
+            return NIGHT + 3600.0 * hour
+    raise AssertionError(f"{name} is never up")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_400_km_satellite_is_met_with_its_velocity_and_followed(kind, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
+        witness = ApoWitness(scope)
+        target = Overhead(scope.clock.now() + 150.0, math.radians(40.0), math.radians(3.0))
+        arrival = scope.goto(target)
+        off = witness.on_sky_arcsec(target, witness.at_arrival(), witness.arrivals[-1])
+        followed = witness.tracked_arcsec(target, 60.0, 0.37)
+        rate = max(abs(axis["rate_deg_s"]) for axis in scope.status()["axes"])
+        print(
+            f"{kind}: {off:.4f}″ at arrival, {max(followed):.4f}″ worst and {rms(followed):.4f}″ rms in a minute, "
+            f"up to {rate:.2f}°/s"
+        )
+        assert arrival["slews"] == 1
+        assert off < ON_TARGET
+        assert max(followed) < ON_TARGET
+        assert not witness.dry()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_star_is_tracked_for_an_hour_through_tai_midnight(kind, tmp_path):
+    with apo_telescope(kind, tmp_path, MIDNIGHT - 1900.0) as scope:
+        witness = ApoWitness(scope)
+        star = star_at(scope, 130.0, 55.0)
+        scope.goto(star)
+        off = witness.tracked_arcsec(star, 3600.0, 3.37)
+        assert scope.clock.now() > MIDNIGHT + 1600.0
+        print(f"{kind}: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks in an hour")
+        assert rms(off) < 0.02
+        assert not witness.dry()
+        assert scope.status()["doing"] == "tracking"

@@ -1,0 +1,60 @@
+"""How far a controller's clock is off: bounded by every answer, never by more than its way allows."""
+
+import random
+
+import pytest
+
+from mounts.apo.clock_offset import ClockOffset
+
+
+def watched(offset: float, *, way_s: tuple[float, float], looks: int, drift: float = 0.0, seed: int = 1):
+    """Look at a clock that is `offset` s ahead, over a line that takes up to `way_s` there and back."""
+    chance = random.Random(seed)  # noqa: S311 - nothing secret
+    found, stepped = ClockOffset(), False
+    for k in range(looks):
+        sent = 1_800_000_000.0 + k
+        there, back = (chance.uniform(0.2, 1.0) * way for way in way_s)
+        told = round((sent + there) + offset + drift * k, 3)
+        stepped |= found.see(told, sent, sent + there + back)
+    return found, stepped
+
+
+def test_a_clock_that_may_be_right_is_taken_to_be_right():
+    found, _ = watched(0.0, way_s=(0.02, 0.005), looks=50)
+    assert found.value == 0.0
+
+
+def test_an_offset_is_found_within_its_stated_uncertainty():
+    worst = 0.0
+    for seed in range(100):
+        offset = random.Random(seed).uniform(-0.4, 0.4)  # noqa: S311
+        found, stepped = watched(offset, way_s=(0.001, 0.001), looks=60, seed=seed)
+        assert not stepped
+        assert abs(found.value - offset) <= found.uncertainty_s
+        worst = max(worst, abs(found.value - offset))
+    print(f"worst error of the offset over a 1 ms line: {worst * 1e3:.3f} ms")
+    assert worst < 0.0011
+
+
+def test_a_slow_way_states_a_large_uncertainty():
+    found, _ = watched(0.2, way_s=(0.3, 0.3), looks=10)
+    assert found.uncertainty_s > 0.05
+    assert abs(found.value - 0.2) <= found.uncertainty_s
+
+
+def test_a_drifting_clock_is_no_step_and_is_followed():
+    found, stepped = watched(0.05, way_s=(0.001, 0.001), looks=600, drift=2e-5)
+    assert not stepped
+    assert found.value == pytest.approx(0.05 + 600 * 2e-5, abs=0.001)
+
+
+def test_a_clock_that_was_set_is_noticed():
+    found, _ = watched(0.3, way_s=(0.001, 0.001), looks=10)
+    sent = 1_800_000_100.0
+    assert found.see(sent + 0.001, sent, sent + 0.002)
+    assert found.value == 0.0
+
+
+def test_nothing_is_known_before_the_first_answer():
+    assert not ClockOffset().known
+    assert ClockOffset().value == 0.0
