@@ -11,17 +11,16 @@ from collections.abc import Callable
 
 from mounts.apo.errors import ApoError
 from mounts.apo.sendable import sendable
-from mounts.apo.slew_profile import MARGIN, Limits, Line, Slew, SlewProfile, quickest, too_fast
+from mounts.apo.slew_profile import GRID_S, MARGIN, Limits, Line, Slew, SlewProfile, on_grid, quickest, too_fast
 
 Where = Callable[[float], tuple[float, float]]
 """Position and velocity of a path so many seconds after the slew begins, degrees and degrees per second."""
 
 LONGEST_S = 3600.0
 """For which an arrival is looked for."""
-MET_DEG = 1e-9
-"""To which position and velocity (per second) agree with the path's at the arrival; 3.6 µas."""
 _ROUNDS = 80
 _LATER_S = 10.0
+_BESIDE = 3  # trials that were a step of the grid off, as where the arrival is between two of its times
 _PATIENCE = 8  # rounds between which halving takes turns
 
 
@@ -60,11 +59,13 @@ def _met(
     start: float, start_rate: float, where: Where, limits: Limits, solve: Callable[[Slew, Limits], SlewProfile]
 ) -> SlewProfile:
     early, late, due = 0.0, math.inf, 0.0
-    before = None
+    before, beside = None, 0
     for turn in range(1, _ROUNDS + 1):
         found = solve(Slew(start, start_rate, _touching(where, due, limits)), limits)
-        gap = found.duration - due
-        if abs(gap) < LONGEST_S and _meets(found, where):
+        arrives = on_grid(found.duration)
+        gap = arrives - due
+        beside += abs(gap) <= GRID_S
+        if (gap == 0.0 or beside > _BESIDE) and abs(where(due)[1]) <= limits.velocity * MARGIN:
             return found
         if gap >= 0.0:
             early = max(early, due)
@@ -73,7 +74,7 @@ def _met(
         trial = _next(due, gap, before)
         if late < math.inf and (not early < trial < late or turn % _PATIENCE == 0):
             trial = (early + late) / 2.0
-        before, due = (due, gap), trial
+        before, due = (due, gap), on_grid(trial)
         if due > LONGEST_S:
             break
     rate = where(min(due, LONGEST_S))[1]
@@ -101,9 +102,3 @@ def _touching(where: Where, due: float, limits: Limits) -> Line:
     most = limits.velocity * MARGIN
     rate = min(max(rate, -most), most)
     return Line(position - rate * due, rate)
-
-
-def _meets(found: SlewProfile, where: Where) -> bool:
-    position, rate = where(found.duration)
-    _, landed, velocity = found.end
-    return abs(position - landed) <= MET_DEG and abs(rate - velocity) <= MET_DEG

@@ -26,7 +26,8 @@ MARGIN = 0.999
 """Of every limit that planning uses."""
 SHORTEST_S = 0.02
 """Of a phase that can be sent."""
-_GRID = 2.0**20
+GRID_S = 2.0**-20
+"""Of which the times of nodes are multiples."""
 _NOTHING_S = 1e-9  # a phase that is none
 _LEAST = 1e-4  # of the top speed, by which an axis can always go faster than what it meets
 _EXTRA = "the quickest slews need the library ruckig: pip install 'clockdrive[apo]'"
@@ -143,7 +144,7 @@ class SlewProfile:
 
 def on_grid(time: float) -> float:
     """The nearest time of the grid on which nodes lie."""
-    return round(time * _GRID) / _GRID
+    return round(time / GRID_S) * GRID_S
 
 
 def quickest(slew: Slew, limits: Limits) -> SlewProfile:
