@@ -111,7 +111,10 @@ class Controller:
         return self._line.time_of(self._text(what))
 
     def status(self) -> Timed[Status]:
-        """Ask STATUS; on the SDSS this clears its sticky bits, so whoever asks keeps them."""
+        """Ask STATUS; on the SDSS this clears its sticky bits, so whoever asks keeps them.
+
+        An SDSS answer that is lost on the way takes the bits with it; what still holds is there in the next.
+        """
         answer = self.tell("STATUS")
         return Timed(parse_status(answer.reply, self._kind), answer.sent, answer.received)
 

@@ -11,6 +11,7 @@ from numpy.polynomial import Polynomial
 from mounts.apo.commands import TABLE
 from mounts.apo.replies import ReplyDecoder
 from mounts.apo.simulator import SimulatedObservatory
+from mounts.apo.simulator_clock import ControllerClock
 from mounts.apo.simulator_settings import HARDWARE, AxisHardware, SimulatorSettings
 from mounts.apo.status_word import StatusWord
 
@@ -405,6 +406,17 @@ def test_a_path_goes_on_through_midnight():
     wire.told(f"MOVE 0.05 0.01 {3.0}", midnight - 4.0)
     wire.told(f"MOVE 0.10 0.01 {8.0}", midnight - 4.0)
     assert wire.true(midnight + 5.0) == pytest.approx(0.07, abs=1e-5)
+
+
+def test_a_leap_second_is_counted():
+    """At the end of 2016 TAI − UTC went from 36 to 37 s, and a second passed that POSIX time does not have."""
+    new_year = 1_483_228_800.0
+    clock = ControllerClock(new_year - 10.0)
+    clock.set(new_year - 10.0)
+    assert clock.reading(clock.count(new_year - 1.0)) == 86_399.0 + 36.0 - 86_400.0
+    assert clock.reading(clock.count(new_year)) == 37.0
+    assert clock.count(new_year) == 11.0
+    assert clock.posix(11.0) == new_year
 
 
 def test_a_clock_may_be_off_and_drift():
