@@ -158,6 +158,23 @@ def test_a_model_of_an_old_run_is_fitted_for_todays_zero_points(tmp_path):
     assert off < 2.0
 
 
+def test_stars_from_before_a_power_cycle_take_no_part_as_nobody_knows_what_their_angles_mean_now(tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.pointing_run(6, name="long")
+        scope.simulator.power_cycle()
+        scope.wait(5.0)
+        with pytest.raises(Refused, match="not synchronised"):
+            scope.pointing_run(6, name="long", append=True)
+        assert len(scope.runs["long"].places) == 6
+        scope.sync(Sky(scope).solution(), force=True)
+        alone = scope.runs.report("long")
+        report = scope.pointing_run(6, name="long", append=True)
+    assert any("put its model in force, then `sync` on a star" in each for each in alone.recommendation)
+    assert alone.fit.n == 6
+    assert report.fit.run.kept.tolist() == [False] * 6 + [True] * 6
+    assert any("6 stars take no part: seen before the position was lost" in each for each in report.recommendation)
+
+
 def test_runs_are_refused_where_they_would_mean_nothing(tmp_path):
     with telescope(tmp_path, **CROOKED) as scope:
         with pytest.raises(InputError, match="resume or append"):
