@@ -12,7 +12,7 @@ from html import escape
 from typing import Any
 
 from clockdrive.control import Steps
-from clockdrive.errors import ClockdriveError, Refused
+from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.observing import Observing
 from clockdrive.run_store import Observation
 from clockdrive.session import Session
@@ -31,7 +31,7 @@ from pointing.axis_places import CANDIDATES, telling_places
 from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.polar_alignment import PolarAlignment, angle_text
-from pointing.model.words import Pole
+from pointing.model.words import POLES, Pole
 from pointing.run_plan import RunPlace, spread_places
 from pointing.vectors import from_azimuth_altitude
 from transports.errors import TransportError
@@ -59,12 +59,25 @@ class AlignmentSettings:
         What a look scatters beyond what its witness says, on the sky: periodic error, flexure without a model.
     settle_s : float
         Before a look.
+
+    Raises
+    ------
+    InputError
+        One of them is impossible; nothing has moved.
     """
 
     pole: Pole = "true"
     goal_arcsec: float = 20.0
     scatter_arcsec: float = 1.0
     settle_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.pole not in POLES:
+            raise InputError(f"there is no pole {self.pole!r}: possible are {' and '.join(POLES)}")
+        if not self.goal_arcsec > 0.0:
+            raise InputError(f"a goal of {self.goal_arcsec:g}″: give a number above 0, as 20")
+        if min(self.scatter_arcsec, self.settle_s) < 0.0:
+            raise InputError(f"a scatter of {self.scatter_arcsec:g}″, settling for {self.settle_s:g} s: from 0 on")
 
 
 @dataclass(frozen=True, eq=False)

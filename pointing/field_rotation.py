@@ -36,30 +36,31 @@ class SkyAt:
 
     def __init__(self, frame: SkyFrame, observed: Vector) -> None:
         self.observed = observed
-        x, y, z = astrometric = frame.astrometric(observed)
+        self._frame = frame
+        self._astrometric = x, y, z = frame.astrometric(observed)
         rho = math.hypot(x, y)
         if rho < _POLE:
             raise PointingError("a position angle at the celestial pole, where there is no north: hold the horizon")
-        north, east = (-z * x / rho, -z * y / rho, rho), (-y / rho, x / rho, 0.0)
-        # The derivative along a direction is what a motion along it adds to the rate.
-        _, still = frame.observe_with_rate(astrometric, _STILL)
-        self._north, self._east = (
-            _difference(frame.observe_with_rate(astrometric, along)[1], still) for along in (north, east)
-        )
+        self._north, self._east = (-z * x / rho, -z * y / rho, rho), (-y / rho, x / rho, 0.0)
+        _, self._still = frame.observe_with_rate(self._astrometric, _STILL)
 
     def direction(self, position_angle: float) -> Vector:
         """The way on the observed sky, a unit vector along it, in which a position angle points, radians."""
         c, s = math.cos(position_angle), math.sin(position_angle)
-        north, east = self._north, self._east
-        seen = c * north[0] + s * east[0], c * north[1] + s * east[1], c * north[2] + s * east[2]
-        return tangent(seen, self.observed)
+        (a, b, d), (e, f, g) = self._north, self._east
+        return tangent(self._seen((c * a + s * e, c * b + s * f, c * d + s * g)), self.observed)
 
     def position_angle(self, direction: Vector) -> float:
         """The position angle, in (−π, π], of a tangent on the observed sky; inverse of `direction`."""
-        north, east = self._north, self._east
+        north, east = self._seen(self._north), self._seen(self._east)
         nn, ne, ee = _dot(north, north), _dot(north, east), _dot(east, east)
         n, e = _dot(direction, north), _dot(direction, east)
         return math.atan2(e * nn - n * ne, n * ee - e * ne)
+
+    def _seen(self, along: Vector) -> Vector:
+        """The derivative of the chain along a tangent of the ICRS: what a motion along it adds to the rate."""
+        (x, y, z), (a, b, c) = self._frame.observe_with_rate(self._astrometric, along)[1], self._still
+        return x - a, y - b, z - c
 
     @property
     def parallactic_angle(self) -> float:
@@ -86,10 +87,6 @@ def turned(direction: Vector, observed: Vector, angle: float) -> Vector:
     x, y, z = observed
     a, b, d = direction
     return c * a + s * (b * z - d * y), c * b + s * (d * x - a * z), c * d + s * (a * y - b * x)
-
-
-def _difference(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def _dot(a: Vector, b: Vector) -> float:

@@ -11,12 +11,12 @@ position angle p, an instrument at the rotator angle r has the position angle p 
 =========  ==========================================================================================================
 
 Angles follow from the target through the pointing model to how the tube is rolled, in both postures. Rates are
-central differences of fourth order over a step in which nothing turns by more than a hundredth of a radian: within
-1e-8 of the rate.
+central differences of fourth order over a step in which no axis turns by more than 0.01 rad: within 1e-8 of the rate,
+near the zenith too, where a shorter step would show the rounding.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from pointing.errors import PointingError
@@ -100,6 +100,10 @@ class Rotator:
     hold: Hold
     park: float = 0.0  # where it is parked, radians
 
+    def holding(self, hold: Hold | None) -> "Rotator":
+        """The same rotator, to hold something else; None for what it holds already."""
+        return self if hold is None else replace(self, hold=hold)
+
     def check(self, angle: float, what: str = "rotator") -> Check:
         """The soft limit of the rotator at an angle, radians."""
         low, high = self.axis.minimum, self.axis.maximum
@@ -171,6 +175,15 @@ class RotatorPath:
         self.rotator = rotator
         self.held = held
         self.near = near
+
+    def moved_to(self, target: Target) -> "RotatorPath":
+        """The way along another target from where this one is, to hold the same."""
+        return RotatorPath(self.rotator, replace(self.held, target=target), self.near)
+
+    def angle(self, time: float) -> float:
+        """The angle at POSIX `time`, radians."""
+        self.near = _nearest(self.held.angle(time), self.near)
+        return self.near
 
     def state(self, time: float) -> tuple[float, float]:
         """(angle, rate) at POSIX `time`, radians and radians per second."""

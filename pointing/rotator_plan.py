@@ -5,6 +5,7 @@ before the axes or after them. Of the windings within its limits the one that ho
 up to two hours; of those that hold it as long, the nearest.
 """
 
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -19,13 +20,14 @@ from pointing.targets import Target
 
 _KEPT_S = 7200.0  # for which a winding should hold its target
 _ALIKE_S = 2.0  # by which two may differ and hold it equally long
+_LONGEST_S = 3600.0  # for which a rotator may be on its way
 _ROUNDS = 60  # the fixed point contracts by field rotation over speed, 0.2 at 0.5° from the zenith
 
 
 def with_rotator(
-    geometry: Geometry, plan: Plan, target: Target, rotator: Rotator, start: Start, timing: Timing
+    geometry: Geometry, plan: Plan, target: Target, start: Start, timing: Timing, hold: Hold | None = None
 ) -> Plan:
-    """Add to a plan what the rotator does.
+    """Add to a plan what the rotator does, where the telescope has one.
 
     Parameters
     ----------
@@ -35,10 +37,10 @@ def with_rotator(
         Of the axes; its posture is kept.
     target : Target
         At which the rotator holds what it is to hold.
-    rotator : Rotator
-        The axis.
     start, timing : Start, Timing
         Where the rotator is, and its law of motion.
+    hold : Hold, optional
+        What it is to hold; by default what the telescope's rotator holds.
 
     Raises
     ------
@@ -47,6 +49,9 @@ def with_rotator(
     PointingError
         There is no north, or no way up, at the target.
     """
+    if geometry.rotator is None:
+        return plan
+    rotator = geometry.rotator.holding(hold)
     held = Held(geometry, target, plan.posture, rotator.hold)
     ways = sorted(_ways(held, plan, rotator, start, timing), key=lambda way: way.arrival)
     best, kept = None, 0.0
@@ -55,9 +60,7 @@ def with_rotator(
         if best is None or holds > kept + _ALIKE_S:
             best, kept = way, holds
     if best is None:
-        middle = (rotator.axis.minimum + rotator.axis.maximum) / 2.0
-        angle, _ = held.state(plan.arrival, middle)
-        check = rotator.check(angle, f"rotator, to hold {rotator.hold},")
+        check = _missed(held, plan.arrival, rotator, timing)
         raise Unreachable(f"{plan.target}: {check.detail}", checks=(*plan.checks, check))
     checks = (*plan.checks, rotator.check(best.axis.angle), _speed(best, rotator, timing))
     if not checks[-1].ok:
@@ -65,8 +68,19 @@ def with_rotator(
     return replace(plan, rotator=best, checks=checks)
 
 
-def parked(plan: Plan, rotator: Rotator, start: Start, timing: Timing) -> Plan:
-    """Add to a plan that ends at rest the rotator's way to its park position."""
+def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath | None:
+    """The way of the rotator along a target, from a plan on; None where the plan has none."""
+    if plan.rotator is None or geometry.rotator is None:
+        return None
+    held = Held(geometry, target, plan.posture, plan.rotator.hold)
+    return RotatorPath(geometry.rotator, held, plan.rotator.axis.angle)
+
+
+def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
+    """Add to a plan that ends at rest the rotator's way to its park position, where the telescope has one."""
+    rotator = geometry.rotator
+    if rotator is None:
+        return plan
     hold = Hold("mount", rotator.park)
     there = rotator.axis.nearest(rotator.park)
     begin = start.time + timing.latency
@@ -94,6 +108,8 @@ def _met(
         target, rate_counts = axis.nearest(angle), rate * axis.gearing.counts_per_radian
         here, travel = _travel(target, rate_counts, start, timing)
         arrival = begin + travel.duration
+        if travel.duration > _LONGEST_S:
+            return None
         path.near = angle
         angle, rate = path.state(arrival)
         if abs(axis.nearest(angle) - target) <= axis.settled:
@@ -108,6 +124,17 @@ def _met(
     with suppress(TargetError):  # nobody knows its place so far ahead
         limit = path.next_limit(from_now, from_now + _KEPT_S)
     return RotatorPlan(rotator.hold, plan, arrival, limit)
+
+
+def _missed(held: Held, time: float, rotator: Rotator, timing: Timing) -> Check:
+    """Why no winding holds a target from a time on: its limits, or that the field turns away."""
+    angle, rate = held.state(time, (rotator.axis.minimum + rotator.axis.maximum) / 2.0)
+    check = rotator.check(angle, f"rotator, to hold {rotator.hold},")
+    if not check.ok:
+        return check
+    most = 0.0 if timing.rotator is None else timing.rotator.max_rate * rotator.axis.gearing.step_deg_float
+    said = f"the field turns at {math.degrees(rate):.5f}°/s, nearly as fast as the rotator, {most:.3f}°/s"
+    return Check("rotator", ok=False, detail=f"{said}: no arrival was found; hold the mount, or wait")
 
 
 def _travel(target: float, rate: float, start: Start, timing: Timing) -> tuple[float, Travel]:

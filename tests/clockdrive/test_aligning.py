@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from telescope_bench import QUICK, telescope
 
-from clockdrive.errors import Refused
-from clockdrive.true_sky import SimulatedSky
+from clockdrive.errors import InputError, Refused
 from clockdrive.witness import CommandWitness, Sighting, WitnessError
-from pointing.errors import PointingError
+from pointing.model.pointing_model import PointingModel
+from pointing.model.terms import terms
 
 ARCSEC = math.radians(1.0 / 3600.0)
 LEAN = 3600.0 / math.sqrt(2.0)
@@ -199,14 +199,50 @@ def test_what_the_alignment_rests_on_may_not_change(leaning):
             alignment.look()
 
 
-def test_a_goal_that_is_none_is_refused(leaning):
-    with leaning() as scope, pytest.raises(PointingError, match="goal"):
-        scope.polar_alignment(goal_arcsec=0.0)
-
-
-def test_the_sky_of_the_simulator_turns_with_its_knobs(leaning):
+@pytest.mark.parametrize(("given", "said"), [({"goal_arcsec": 0.0}, "goal"), ({"pole": "magnetic"}, "no pole"),
+                                             ({"scatter_arcsec": -1.0}, "from 0 on")])  # fmt: skip
+def test_what_cannot_be_asked_is_refused_before_anything_moves(leaning, given, said):
     with leaning() as scope:
-        assert isinstance(scope.true_sky, SimulatedSky)
-        before = true_off_arcsec(scope)
-        scope.true_sky.turn_knobs(600.0, 0.0)
-        assert true_off_arcsec(scope) != pytest.approx(before, abs=100.0)
+        with pytest.raises(InputError, match=said):
+            scope.polar_alignment(**given)
+        assert scope._session.pursuit is None
+
+
+def test_a_star_at_the_limit_is_skipped_for_another(leaning, monkeypatch):
+    told = []
+    with leaning() as scope:
+        session, places = scope._session, []
+        goto = scope._slewing.goto
+
+        def limited(target, *args, **kwargs):
+            places.append(target.name)
+            if len(places) == 1:
+                raise Refused("axis 1 soft limit: 0.0° left")
+            return goto(target, *args, **kwargs)
+
+        monkeypatch.setattr(scope._slewing, "goto", limited)
+        state = scope.polar_alignment(report=told.append).state
+        assert told[0] == "skipped: axis 1 soft limit: 0.0° left"
+        assert len(set(places)) == 4
+        assert state.off_arcsec == pytest.approx(3600.0, abs=15.0)
+        assert session.pursuit is not None
+
+
+def test_collimation_of_the_model_in_force_is_taken_out(leaning):
+    with leaning(simulator__sky_noise_arcsec=0.0, simulator__collimation_arcsec=180.0) as scope:
+        latitude = scope._session.planner.mount.latitude
+        scope.use_model(PointingModel("equatorial", latitude, terms(["CH"], "equatorial"), (180.0 * ARCSEC,)))
+        state = scope.polar_alignment().state
+        assert "CH and the other terms" in state.notes[0]
+        off = np.linalg.norm(np.cross(state.estimate.pole, scope.true_sky.mount.pole)) / ARCSEC
+        print(f"\nwith CH in force: {off:.2f}″ from the true axis")
+        assert off < 2.0  # whole counts of 0.9″
+
+
+def test_the_refracted_pole_is_higher_than_the_true_one(leaning):
+    with leaning(simulator__sky_noise_arcsec=0.0) as scope:
+        true, refracted = (scope.polar_alignment(pole=pole).state.advice.knobs.raise_arcsec
+                           for pole in ("true", "refracted"))  # fmt: skip
+        expected = 58.3 / math.tan(math.radians(42.4))  # R = 58.3″ cot a at 1010 hPa, 10 °C
+        print(f"\nrefracted pole {refracted - true:.1f}″ higher, 58.3″ cot φ is {expected:.1f}″")
+        assert refracted - true == pytest.approx(expected, rel=0.05)
