@@ -14,7 +14,7 @@ from mounts.apo.commands import Kind, command
 from mounts.apo.controller import Controller, Timed
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.node_queue import NodeQueue, PathNode
-from mounts.apo.readings import Drift, continues
+from mounts.apo.readings import Drift, Status, continues
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
@@ -24,6 +24,7 @@ _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
 _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
+_FORGETS = 0.8  # from node to node, of how slow one was
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
 MOST_OFFSET_S = 0.4
@@ -39,6 +40,15 @@ class Sight:
     velocity: float
     uncertainty: float
     word: StatusWord
+
+
+LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
+_HARMLESS = frozenset({*LIMITS, "buffer_empty"})
+
+
+def halts(word: StatusWord) -> bool:
+    """Whether a controller with these bits must be initialised before it moves: it has restarted, or an error."""
+    return word.restarted or bool(set(word.errors) - _HARMLESS)
 
 
 class ControlledAxis:
@@ -62,10 +72,13 @@ class ControlledAxis:
         self.sight: Sight | None = None
         self.latched = StatusWord(0, kind)
         """The sticky bits seen since the last INIT: on the SDSS to read them is to clear them."""
+        self.must_init = False
+        """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
         self.lost_node = False
         """Whether the last node's answer was lost: it may be in the buffer or not."""
         self._raw: Drift | None = None  # the last answer that told position and time
+        self._exchange_s = 0.0  # that a node took lately
 
     @property
     def name(self) -> str:
@@ -87,14 +100,22 @@ class ControlledAxis:
         TransportError
             It does not answer; the text names the axis.
         """
-        timed = self.asked(lambda: self._plausible(self.controller.status))
+        timed = self.asked(lambda: self._plausible(self._status))
         status, posix = timed.value, self._seen(timed)
-        self.latched |= StatusWord(status.word.value & sticky_mask(status.word.kind), status.word.kind)
         rate = abs(status.velocity_deg_s)
-        unsure = _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
+        unsure = _FORGETS = 0.8  # from node to node, of how slow one was
+_PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
         self.sight = Sight(posix, status.position_deg, status.velocity_deg_s, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
+
+    def _status(self) -> Timed[Status]:
+        """Ask once; what the answer has cleared by being read is kept, whatever becomes of the rest of it."""
+        timed = self.controller.status()
+        word = timed.value.word
+        self.latched |= StatusWord(word.value & sticky_mask(word.kind), word.kind)
+        self.must_init |= halts(word)
+        return timed
 
     def drift(self) -> PathNode:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
@@ -103,6 +124,11 @@ class ControlledAxis:
         self.queue.begin(line)
         self.lost_node = False
         return line
+
+    @property
+    def _answer_s(self) -> float:
+        """Seconds at least for which an answer that tells the time is on the line."""
+        return self.controller.answer_time(command("DRIFT"))
 
     def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
         """Ask until an answer follows from the one before; the first of all is asked for twice.
@@ -130,7 +156,7 @@ class ControlledAxis:
         if not timed.value.clock_is_set:
             return (timed.sent + timed.received) / 2.0
         told = tai.posix(timed.value.time_tai_s, timed.received)
-        self.clock_stepped |= self.offset.see(told, timed.sent, timed.received)
+        self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
         return told - self.offset.value
 
     def clock_trouble(self) -> str:
@@ -171,11 +197,12 @@ class ControlledAxis:
         """
         when = tai.seconds_of_day(node.time + self.offset.value)
         try:
-            self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
         except TransportError:
             self.lost_node = True
             raise
         self.lost_node = False
+        self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
         self.queue.append(node)
 
     def halt(self, *, abruptly: bool = False) -> None:
@@ -191,7 +218,7 @@ class ControlledAxis:
 
     def forget_bits(self) -> None:
         """Forget what was latched: INIT has cleared it."""
-        self.sight, self.latched = None, StatusWord(0, self.latched.kind)
+        self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
 
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
@@ -209,17 +236,18 @@ class ControlledAxis:
         self.asked(lambda: self.controller.tell("SET.POSITION", degrees))
         self._raw = None
 
-    def node_line_time(self) -> float:
-        """Seconds that a node takes on the line with its answer."""
+    @property
+    def exchange_s(self) -> float:
+        """Seconds that a node takes with its answer: as seen lately, at least its time on the line."""
         longest = command("MOVE", -self.settings.highest_deg, -self.settings.max_speed_deg_s, 86399.0)
-        return self.controller.line_time(longest)
+        return max(self._exchange_s, self.controller.line_time(longest))
 
     def asked(self, work: Callable[[], _T]) -> _T:
         """Name the axis in whatever goes wrong."""
         try:
             return work()
         except CommandRefused as error:
-            raise DriveRefused(f"{self.name}: {error}") from error
+            raise DriveRefused(f"{self.name}: {error}; check its status bits with `drive show`") from error
         except MalformedReply as error:
             raise WrongAnswer(f"{self.name}: {error}") from error
         except (NoAnswer, WrongAnswer, LinkError) as error:

@@ -1,9 +1,9 @@
 """How far a controller's clock is ahead of the host's, from every answer that tells its time.
 
 The controller read its clock somewhere between the end of the request and the end of the answer, and printed it to a
-millisecond: each answer bounds the offset from both sides. A clock that all bounds allow to be right is taken to be
-right; otherwise the middle of the bounds counts, of the quickest answers, for the longer one was under way, the less
-its middle says.
+millisecond: each answer bounds the offset from both sides. The middle of the bounds counts, of the quickest answers,
+for the longer one was under way, the less its middle says. A clock that is off by no more than its printed digit, as
+far as anyone can tell, is taken to be right.
 """
 
 from collections import deque
@@ -73,6 +73,7 @@ class ClockOffset:
     def _estimate(self) -> None:
         shortest = min(sight.high - sight.low for sight in self._sights)
         quick = [sight for sight in self._sights if sight.high - sight.low <= _QUICK * shortest]
-        right = all(sight.low <= 0.0 <= sight.high for sight in self._sights)
-        self.value = 0.0 if right else sum(sight.low + sight.high for sight in quick) / (2.0 * len(quick))
+        middle = sum(sight.low + sight.high for sight in quick) / (2.0 * len(quick))
+        right = abs(middle) <= _PRINTED_S and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
+        self.value = 0.0 if right else middle
         self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))

@@ -20,8 +20,13 @@ def watched(offset: float, *, way_s: tuple[float, float], looks: int, drift: flo
 
 
 def test_a_clock_that_may_be_right_is_taken_to_be_right():
-    found, _ = watched(0.0, way_s=(0.02, 0.005), looks=50)
+    found, _ = watched(0.0, way_s=(0.002, 0.002), looks=50)
     assert found.value == 0.0
+
+
+def test_an_offset_of_milliseconds_is_told_from_none_over_a_slow_way():
+    found, _ = watched(0.008, way_s=(0.04, 0.04), looks=200)
+    assert found.value == pytest.approx(0.008, abs=0.003)
 
 
 def test_an_offset_is_found_within_its_stated_uncertainty():
