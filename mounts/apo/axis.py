@@ -18,7 +18,7 @@ from mounts.apo.readings import Drift, Status, continues
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
-from transports.errors import LinkError, NoAnswer, TransportError, WrongAnswer
+from transports.errors import LinkError, NoAnswer, WrongAnswer
 
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
@@ -27,8 +27,6 @@ _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
 _FORGETS = 0.8  # from node to node, of how slow one was
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
-MOST_OFFSET_S = 0.4
-_SCALES = (("UTC", 37.0), ("GPS time", 19.0))
 
 
 @dataclass(frozen=True)
@@ -75,8 +73,6 @@ class ControlledAxis:
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
-        self.lost_node = False
-        """Whether the last node's answer was lost: it may be in the buffer or not."""
         self._raw: Drift | None = None  # the last answer that told position and time
         self._exchange_s = 0.0  # that a node took lately
 
@@ -103,8 +99,7 @@ class ControlledAxis:
         timed = self.asked(lambda: self._plausible(self._status))
         status, posix = timed.value, self._seen(timed)
         rate = abs(status.velocity_deg_s)
-        unsure = _FORGETS = 0.8  # from node to node, of how slow one was
-_PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
+        unsure = _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
         self.sight = Sight(posix, status.position_deg, status.velocity_deg_s, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
@@ -122,7 +117,6 @@ _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
         timed = self.asked(lambda: self._plausible(self.controller.drift))
         line = PathNode(self._seen(timed), timed.value.position_deg, timed.value.velocity_deg_s)
         self.queue.begin(line)
-        self.lost_node = False
         return line
 
     @property
@@ -164,12 +158,13 @@ _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
         if self._raw is not None and not self._raw.clock_is_set:
             return f"{self.name}: the controller's clock is not set; set it, then INIT"
         off = self.offset.value
-        if abs(off) <= MOST_OFFSET_S:
+        if abs(off) <= tai.LARGEST_OFFSET_S:
             return ""
-        scale = next((f", as if it showed {name} instead of TAI" for name, by in _SCALES if abs(off + by) < 1.0), "")
+        kept = tai.wrong_scale(off, 0.0 if self.sight is None else self.sight.time)
+        scale = f", as if it kept {kept} instead of TAI" if kept else ""
         return (
-            f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {MOST_OFFSET_S:g} s; set it "
-            "and check the host's own clock"
+            f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {tai.LARGEST_OFFSET_S:g} s; "
+            "set it, and check the host's own clock"
         )
 
     def require_clock(self) -> None:
@@ -196,12 +191,7 @@ _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
             Its answer was lost; it may have been taken, and is not sent again.
         """
         when = tai.seconds_of_day(node.time + self.offset.value)
-        try:
-            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
-        except TransportError:
-            self.lost_node = True
-            raise
-        self.lost_node = False
+        answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
         self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
         self.queue.append(node)
 
