@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.figures import place, planned, register, tracked
+from clockdrive.rotating import field, held
 from pointing.limits import Check
 from pointing.next_limit import next_limit
 from pointing.pass_plan import PassPlan, planned_pass
@@ -181,6 +182,7 @@ def plan_answer(
             "observed": observed(plan.observed, planner.mount.latitude),
             "axes": [planned(*each) for each in zip(planner.axes, plan.axes, strict=True)],
             "checks": [{"name": check.name, "ok": check.ok, "detail": check.detail} for check in plan.checks],
+            **_turning(plan, planner, target),
             **_afterwards(plan, planner, target),
             **({} if budget is None else {"budget": budget}),
             "notes": list(notes),
@@ -196,6 +198,19 @@ def plan_answer(
 def _state(plan: Plan) -> AxisState:
     one, two = plan.axes
     return (one.angle, one.rate), (two.angle, two.rate)
+
+
+def _turning(plan: Plan, planner: Planner, target: Target | None) -> dict[str, Any]:
+    """What the rotator does, and how the field lies and turns at the arrival on a target."""
+    turning: dict[str, Any] = {} if target is None else field(planner, target, plan.arrival, plan.posture)
+    turns = plan.rotator
+    if turns is None or planner.rotator is None:
+        return turning
+    way = {**planned(planner.rotator.axis, turns.axis), **held(turns.hold)}
+    return {
+        **turning,
+        "rotator": {**way, "arrival_utc": utc(turns.arrival), "next_limit": limit_answer(turns.limit)},
+    }
 
 
 def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str, Any]:
@@ -324,9 +339,15 @@ def _east_north(arcsec: tuple[float, float]) -> dict[str, float]:
 
 
 def rates_answer(
-    name: str, time: float, direction: Vector, state: AxisState, planner: Planner, notes: Sequence[str] = ()
+    name: str,
+    time: float,
+    direction: Vector,
+    state: AxisState,
+    planner: Planner,
+    turning: Mapping[str, Any],
+    notes: Sequence[str] = (),
 ) -> AxesAnswer:
-    """Put tracking rates into the form of `rates --json`."""
+    """Put tracking rates, and how the field turns, into the form of `rates --json`."""
     axes = [tracked(axis, angle, rate) for axis, (angle, rate) in zip(planner.axes, state, strict=True)]
     return AxesAnswer(
         {
@@ -335,6 +356,7 @@ def rates_answer(
             "utc": utc(time),
             "observed": observed(direction, planner.mount.latitude),
             "axes": axes,
+            **turning,
             "notes": list(notes),
         },
         time,

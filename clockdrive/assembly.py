@@ -8,6 +8,7 @@ from clockdrive.configuration import Configuration
 from clockdrive.drives import kind_of
 from clockdrive.errors import ConfigurationError
 from clockdrive.instruments import Instruments
+from clockdrive.rotating import rotator_of
 from clockdrive.surroundings import Surroundings
 from clockdrive.weather_sources import WeatherError
 from pointing.errors import PointingError
@@ -55,7 +56,7 @@ def _along_the_tube(configuration: Configuration) -> Planner:
     place = Site.from_degrees(
         site.latitude_deg, site.longitude_deg, site.height_m, weather=_weather(configuration), name=site.name
     )
-    return Planner(
+    planned = Planner(
         Sky(place),
         Mount(
             kind,
@@ -68,6 +69,8 @@ def _along_the_tube(configuration: Configuration) -> Planner:
         _limits(configuration),
         math.radians(configuration.limits.hour_angle_past_meridian_deg),
     )
+    planned.rotator = rotator_of(configuration)
+    return planned
 
 
 def _model(configuration: Configuration, kind: MountType, latitude: float) -> "PointingModel | None":

@@ -14,6 +14,7 @@ from clockdrive.configuration import Configuration
 from clockdrive.drives import kind_of
 from clockdrive.errors import ConfigurationError, InputError
 from clockdrive.instruments import Instruments
+from clockdrive.rotating import field, hold_of, parked_rotator, rotator_rates
 from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
@@ -22,6 +23,8 @@ from pointing.pass_plan import PassPlan, is_fast, pass_plan
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
 from pointing.rate_offset import RateOffsetTarget
+from pointing.rotator import Hold
+from pointing.rotator_plan import with_rotator
 from pointing.targets import ARCSEC, Star, Target, notes_of
 from pointing.vectors import Vector
 
@@ -52,6 +55,8 @@ def plan_from(
     *,
     instrument: str | None = None,
     drift: "Drift | None" = None,
+    rotator: str | None = None,
+    position_angle_deg: float | None = None,
 ) -> PlanAnswer | PassAnswer:
     """Plan a slew from given counts with the configured law of motion; nothing is contacted.
 
@@ -67,14 +72,18 @@ def plan_from(
     instruments, around, left = without_a_drive(configuration, time, instrument)
     planner = instruments.planner
     resolved = drifting(resolve(target, planner, time, sources_of(configuration)), drift, time)
-    found = plan_or_pass(planner, resolved, Start(time, counts), kind_of(configuration).timing(configuration))
+    hold = hold_of(planner.rotator, rotator, position_angle_deg)
+    start = Start(time, counts, rotator=parked_rotator(planner))
+    found = plan_or_pass(planner, resolved, start, kind_of(configuration).timing(configuration), hold)
     defaults = [name for name in left if name.partition(".")[2] in _DECIDING]
     unasked = (f"the unit was not asked, so these are defaults: {', '.join(defaults)}",) if defaults else ()
     return answered(found, time, planner, around, resolved, (*instruments.notes, *unasked))
 
 
-def plan_or_pass(planner: Planner, target: Target, start: Start, timing: Timing) -> Plan | PassPlan:
-    """Plan a slew, or the pass of a satellite that is not up yet.
+def plan_or_pass(
+    planner: Planner, target: Target, start: Start, timing: Timing, hold: Hold | None = None
+) -> Plan | PassPlan:
+    """Plan a slew, or the pass of a satellite that is not up yet; a rotator goes to `hold`, or what is configured.
 
     Raises
     ------
@@ -82,7 +91,7 @@ def plan_or_pass(planner: Planner, target: Target, start: Start, timing: Timing)
         It cannot be reached now; a pass is planned only of what is too fast to be met at rest.
     """
     try:
-        return planner.plan(target, start, timing)
+        plan = planner.plan(target, start, timing)
     except Unreachable as refusal:
         up, leading = refusal.reachable, timing.leading
         if up is None or leading is None or not is_fast(planner, target, up):
@@ -91,6 +100,7 @@ def plan_or_pass(planner: Planner, target: Target, start: Start, timing: Timing)
         if ahead is None:
             raise
         return ahead
+    return with_rotator(planner, plan, target, start, timing, hold)
 
 
 def answered(
@@ -129,6 +139,8 @@ def rates_at(
     *,
     instrument: str | None = None,
     drift: "Drift | None" = None,
+    rotator: str | None = None,
+    position_angle_deg: float | None = None,
 ) -> AxesAnswer:
     """Tracking rates of a target; nothing is contacted.
 
@@ -139,7 +151,7 @@ def rates_at(
     """
     planner = without_a_drive(configuration, time, instrument)[0].planner
     resolved = drifting(resolve(target, planner, time, sources_of(configuration)), drift, time)
-    return rates_of(planner, resolved, time)
+    return rates_of(planner, resolved, time, hold_of(planner.rotator, rotator, position_angle_deg))
 
 
 def without_a_drive(
@@ -162,18 +174,21 @@ def without_a_drive(
     return instruments, around, left
 
 
-def rates_of(planner: Planner, target: Target, time: float) -> AxesAnswer:
-    """Tracking rates of a target in the first posture that the axis limits allow."""
+def rates_of(planner: Planner, target: Target, time: float, hold: Hold | None = None) -> AxesAnswer:
+    """Tracking rates of a target in the first posture that the axis limits allow, and of a rotator that holds it."""
     middle = tuple((axis.minimum + axis.maximum) / 2.0 for axis in planner.axes)
-    states = [planner.track(target, time, posture, (middle[0], middle[1])) for posture in POSTURES]
+    ways = [(posture, planner.track(target, time, posture, (middle[0], middle[1]))) for posture in POSTURES]
     allowed = [
-        state
-        for state in states
+        (posture, state)
+        for posture, state in ways
         if all(axis.minimum <= angle <= axis.maximum for axis, (angle, _) in zip(planner.axes, state, strict=True))
     ]
     instant = Instant.from_posix(time)
-    direction, state = target.observed(planner.sky.at(instant)), (allowed or states)[0]
-    return rates_answer(target.name, time, direction, state, planner, notes_of(target, instant))
+    posture, state = (allowed or ways)[0]
+    direction, turning = target.observed(planner.sky.at(instant)), field(planner, target, time, posture)
+    if planner.rotator is not None:
+        turning |= rotator_rates(planner, planner.rotator.holding(hold), target, time, posture)
+    return rates_answer(target.name, time, direction, state, planner, turning, notes_of(target, instant))
 
 
 def sources_of(configuration: Configuration) -> parse.Sources:

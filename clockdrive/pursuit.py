@@ -9,11 +9,13 @@ from pointing.mount import Posture
 from pointing.next_limit import DAY_S, forbidden, next_limit
 from pointing.plan import AxisState, Leading, Start
 from pointing.planner import Planner
+from pointing.rotator import Hold, RotatorPath
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE, LED_UNTIL, Trajectory
 
 _LIMIT_AGE_S = 20.0  # after which the next limit is looked for again
 _LED_SPAN_S = 3600.0
+_ROTATOR_SPAN_S = 21_600.0
 
 
 class Pursuit:
@@ -33,6 +35,8 @@ class Pursuit:
         What the drive can be led along; without it every target is left to the drive's own tracking.
     trajectory : Trajectory, optional
         The way to the target that has been planned, where the axes are led to it.
+    rotator : RotatorPath, optional
+        The way of the instrument rotator, of a telescope that has one.
     """
 
     def __init__(
@@ -43,14 +47,21 @@ class Pursuit:
         near: tuple[float, float],
         leading: Leading | None = None,
         trajectory: Trajectory | None = None,
+        rotator: RotatorPath | None = None,
     ) -> None:
         self._planner = planner
         self.target = target
         self.posture = posture
         self._leading = leading
         self._trajectory = trajectory or Trajectory(planner, target, posture, near)
+        self._rotator = rotator
         self._bridge: tuple[object, Check | None] | None = None  # what was asked of a bridge, and the answer
         self._limit: tuple[float, tuple[float, Check] | None] | None = None  # as found at a time
+
+    @property
+    def hold(self) -> Hold | None:
+        """What the rotator holds; None without a rotator."""
+        return None if self._rotator is None else self._rotator.held.hold
 
     @property
     def led(self) -> bool:
@@ -67,9 +78,10 @@ class Pursuit:
         """
         return self._trajectory.angles(time)
 
-    def at(self, time: float) -> AxisState:
-        """(counts, counts per second) of each axis at POSIX `time`."""
-        return self._trajectory.at(time)
+    def at(self, time: float) -> tuple[tuple[float, float], ...]:
+        """(counts, counts per second) of each axis at POSIX `time`, and of a rotator after them."""
+        axes = self._trajectory.at(time)
+        return axes if self._rotator is None else (*axes, self._rotator.at(time))
 
     def adapt(self, time: float) -> bool:
         """Begin or end to lead the axes as the target has become fast or slow; return whether that changed."""
@@ -84,14 +96,31 @@ class Pursuit:
     def next_limit(self, time: float) -> tuple[float, Check] | None:
         """When following it meets a limit, POSIX seconds, and which; None when it does not within a day."""
         if self._limit is None or not 0.0 <= time - self._limit[0] < _LIMIT_AGE_S:
-            self._limit = time, next_limit(self._onwards(self.target, time), time, _LED_SPAN_S if self.led else DAY_S)
+            self._limit = time, self._next_limit(time, _LED_SPAN_S if self.led else DAY_S)
         return self._limit[1]
 
+    def _next_limit(self, time: float, span: float) -> tuple[float, Check] | None:
+        found = next_limit(self._onwards(self.target, time), time, span)
+        if self._rotator is None:
+            return found
+        until = min(time + _ROTATOR_SPAN_S, time + span if found is None else found[0])
+        return self._rotator.next_limit(time, until) or found
+
     def barred(self, reading: Reading) -> tuple[Check, ...]:
-        """What forbids to lead the axes any further, by the rule of `pointing.next_limit`; nothing where none is led.
+        """What forbids to go on: the rotator's limit, and to lead the axes, by the rule of `pointing.next_limit`.
 
         Where the axes would come to rest is asked of every reading; a bridge is a way that was planned, asked once.
         """
+        return (*self._rotator_barred(reading.time), *self._axes_barred(reading))
+
+    def _rotator_barred(self, time: float) -> tuple[Check, ...]:
+        """The rotator's limit, where what it holds has come to it: it must be wound back."""
+        if self._rotator is None:
+            return ()
+        check = self._rotator.rotator.check(self._rotator.angle(time))
+        return () if check.ok else (check,)
+
+    def _axes_barred(self, reading: Reading) -> tuple[Check, ...]:
         way, leading = self._trajectory, self._trajectory.leading
         if leading is None:
             return ()
@@ -115,7 +144,7 @@ class Pursuit:
 
     def errors(self, reading: Reading) -> tuple[float, float]:
         """By how many counts each axis is ahead of where it should be."""
-        (one, _), (two, _) = self.at(reading.time)
+        (one, _), (two, _) = self._trajectory.at(reading.time)
         return reading.axes[0].counts - one, reading.axes[1].counts - two
 
     def error_arcsec(self, reading: Reading) -> float:
@@ -133,13 +162,14 @@ class Pursuit:
     def moved_to(self, target: Target, time: float) -> "Pursuit":
         """Follow another target from here, in the same posture; axes under way to it go on from where they are."""
         onwards = self._onwards(target, time)
-        return Pursuit(self._planner, target, self.posture, _places(self.angles(time)), self._leading, onwards)
+        near, turned = _places(self.angles(time)), None if self._rotator is None else self._rotator.moved_to(target)
+        return Pursuit(self._planner, target, self.posture, near, self._leading, onwards, turned)
 
     def _onwards(self, target: Target, time: float) -> Trajectory:
         """The way from here along a target, led as now; axes on a bridge go on from where they are."""
         near, leading, start = _places(self.angles(time)), self._trajectory.leading, None
         if leading is not None and not self._trajectory.is_joined(time):
-            (one, rate1), (two, rate2) = self.at(time)
+            (one, rate1), (two, rate2) = self._trajectory.at(time)
             start = Start(time, (one, two), (rate1, rate2))
         return Trajectory(self._planner, target, self.posture, near, leading, start)
 

@@ -24,7 +24,7 @@ def rests_at(
     """
     one, two = (
         axis.counts + _rest(model, axis.rate, axis.rate if speeds is None else speeds[i], _CYCLES * period_s)
-        for i, (axis, model) in enumerate(zip(reading.axes[:2], models, strict=True))
+        for i, (axis, model) in enumerate(zip(reading.axes[:2], models[:2], strict=True))
     )
     return one, two
 

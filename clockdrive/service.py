@@ -7,9 +7,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from clockdrive.alignment_calls import alignment_calls
 from clockdrive.commission.calls import commission_calls
 from clockdrive.drive_registers import drive_calls
 from clockdrive.errors import InputError
+from clockdrive.rotating import OPTIONS
 from clockdrive.run_calls import run_calls
 from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
@@ -29,6 +31,7 @@ class Service:
     def __init__(self, telescope: Telescope) -> None:
         self._telescope = telescope
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
+            **alignment_calls(telescope),
             "centre": self._centre,
             **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),
@@ -38,7 +41,7 @@ class Service:
                 telescope.drive_at(args["deg_s"][0], args["deg_s"][1], args["seconds"], _reported(emit)).json
             ),
             "flip": lambda _, emit: telescope.flip(_reported(emit)).json,
-            "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit), **_drift(args)).json,
+            "goto": lambda args, emit: telescope.goto(args["target"], _reported(emit), **_wishes(args)).json,
             "guide": self._guide,
             "home": lambda _, emit: telescope.home(_reported(emit)).json,
             "instrument": lambda args, emit: telescope.instrument(args.get("instrument"), _reported(emit)).json,
@@ -47,9 +50,9 @@ class Service:
             ),
             "offset": lambda args, _: _done(lambda: telescope.offset(args["east_arcsec"], args["north_arcsec"])),
             "park": lambda _, emit: telescope.park(_reported(emit)).json,
-            "plan": lambda args, _: telescope.plan(args["target"], args.get("at"), **_drift(args)).json,
+            "plan": lambda args, _: telescope.plan(args["target"], args.get("at"), **_wishes(args)).json,
             "power": lambda args, _: _done(lambda: telescope.power(on=args["on"])),
-            "rates": lambda args, _: telescope.rates(args["target"], args.get("at"), **_drift(args)).json,
+            "rates": lambda args, _: telescope.rates(args["target"], args.get("at"), **_wishes(args)).json,
             "registers": lambda _args, _: {"ok": True, "registers": telescope.registers()},
             "status": lambda _args, _: telescope.status().json,
             "stop": lambda _args, _: _done(telescope.stop),
@@ -86,9 +89,9 @@ class Service:
         return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0, "noted": noted}
 
 
-def _drift(args: dict[str, Any]) -> dict[str, Any]:
-    """Rates of one's own, where a call has them."""
-    return {name: args.get(name) for name in ("rate_arcsec_s", "rate_from")}
+def _wishes(args: dict[str, Any]) -> dict[str, Any]:
+    """Rates of one's own, and what the rotator is to hold, where a call has them."""
+    return {name: args.get(name) for name in ("rate_arcsec_s", "rate_from", *OPTIONS)}
 
 
 def _done(work: Callable[[], None]) -> dict[str, object]:

@@ -25,6 +25,8 @@ from pointing.mount import Posture
 from pointing.offset import OffsetTarget
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
+from pointing.rotator import Hold
+from pointing.rotator_plan import rotator_path, with_rotator
 from pointing.targets import Target
 from transports.errors import TransportError
 from transports.link import Clock
@@ -87,6 +89,7 @@ class Session:
         self.pursuit: Pursuit | None = None
         self.wanted: Target | None = None  # what is or was last pursued, as it was asked for
         self.wanted_since = -math.inf
+        self.hold: Hold | None = None  # what the rotator was asked to hold at the last goto; None as configured
         self.begun: Activity | None = None  # the last slew, jog or waiting
         self.waiting: Waiting | None = None  # as long as it does
         self.history = History()
@@ -316,16 +319,21 @@ class Session:
 
     def timing(self) -> Timing:
         """How the drive moves, with all that has been learnt of it."""
-        one, two = self.drive.slew_models[:2]
-        return Timing((one, two), self.drive.start_latency, self.drive.axes_land_together, self.drive.leading)
+        one, two, *others = self.drive.slew_models
+        rotator = others[0] if others else None
+        return Timing(
+            (one, two), self.drive.start_latency, self.drive.axes_land_together, self.drive.leading, rotator
+        )
 
     def start(self) -> Start:
         """Where the axes are now."""
         reading = self.synchronised()
         now = self.clock.now()
         ahead = now - reading.time
-        one, two = reading.axes[:2]
-        return Start(now, (one.counts + one.rate * ahead, two.counts + two.rate * ahead), (one.rate, two.rate))
+        one, two, *others = reading.axes
+        turned = ((other.counts + other.rate * ahead, other.rate) for other in others)
+        counts = one.counts + one.rate * ahead, two.counts + two.rate * ahead
+        return Start(now, counts, (one.rate, two.rate), next(turned, None))
 
     def uncertainty_counts(self) -> tuple[float, float]:
         """By how much the position may be off in each axis, counts.
@@ -357,7 +365,9 @@ class Session:
 
     def _planned(self, target: Target, posture: Posture | None) -> Plan:
         """Plan without the search for when it will be reachable: the control thread has a telescope to look after."""
-        return self.planner.plan(self.corrected(target), self.start(), self.timing(), posture, search=False)
+        wanted, start, timing = self.corrected(target), self.start(), self.timing()
+        plan = self.planner.plan(wanted, start, timing, posture, search=False)
+        return with_rotator(self.planner, plan, wanted, start, timing, self.hold)
 
     def whence(self, target: Target, time: float | None) -> tuple[Target, Start, Timing]:
         """What a plan is made of: from where the axes are now, or at another time from there, at rest.
@@ -368,7 +378,9 @@ class Session:
             The position is not synchronised.
         """
         start = self.start()
-        return self.displaced(target), start if time is None else Start(time, start.counts), self.timing()
+        still = None if start.rotator is None else (start.rotator[0], 0.0)
+        begin = start if time is None else Start(time, start.counts, rotator=still)
+        return self.displaced(target), begin, self.timing()
 
     def displaced(self, target: Target) -> Target:
         """The target with the person's offsets."""
@@ -386,6 +398,16 @@ class Session:
         """What a person has corrected and is in force: guide and centre while their target is pursued."""
         idle = OF_A_TARGET if self.pursuit is None else ()
         return tuple(each for each in self.store.corrections() if each.name not in idle)
+
+    @contextmanager
+    def holding(self, hold: Hold | None) -> Iterator[None]:
+        """Let the rotator hold something from now on; as before, where the block fails."""
+        before, self.hold = self.hold, hold
+        try:
+            yield
+        except BaseException:
+            self.hold = before
+            raise
 
     def forget_target(self) -> None:
         """Begin anew: what guided and centred the last target is cleared, and said so."""
@@ -453,7 +475,9 @@ class Session:
         if target is not self.wanted:
             self.wanted, self.wanted_since = target, self.clock.now()
         followed = self.corrected(target) if plan.trajectory is None else plan.trajectory.target
-        self.pursuit = Pursuit(self.planner, followed, plan.posture, angles, self.drive.leading, plan.trajectory)
+        rotator = rotator_path(self.planner, plan, followed)
+        leading, planned = self.drive.leading, plan.trajectory
+        self.pursuit = Pursuit(self.planner, followed, plan.posture, angles, leading, planned, rotator)
         return self.pursuit
 
     def stop(self) -> None:

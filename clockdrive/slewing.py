@@ -15,6 +15,7 @@ from mounts.drive import AxisSlew, Reading
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
+from pointing.rotator_plan import parked as rotator_parked
 from pointing.targets import Target
 from pointing.vectors import azimuth_altitude
 from pointing.way_round import to_axes
@@ -212,12 +213,15 @@ class Slewing:
         session = self._session
         session.require_free(parked=parked)
         session.poll()
-        plan = yield from self._rest_at(name, angles, report)
+        plan = yield from self._rest_at(name, angles, report, parks=parked)
         session.now_doing("idle")
         return plan
 
-    def _rest_at(self, name: str, angles: tuple[float, float], report: Report) -> Steps[Plan]:
-        """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way."""
+    def _rest_at(self, name: str, angles: tuple[float, float], report: Report, *, parks: bool = False) -> Steps[Plan]:
+        """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way.
+
+        With `parks` a rotator goes to its own park position on the last leg.
+        """
         session = self._session
         plan = to_axes(session.planner, name, angles, session.start(), session.timing())
         if plan.via is not None:
@@ -226,6 +230,8 @@ class Slewing:
             with self._stopped_on_failure():
                 onwards = session.planner.plan_axes(name, angles, session.start(), session.timing())
             plan = replace(onwards, start=plan.start)
+        if parks:
+            plan = rotator_parked(session.planner, plan, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
         return plan
@@ -310,10 +316,13 @@ class Slewing:
         """Slew and wait for the landing; a drive of path nodes is given those of a target, `onto`, meanwhile."""
         session, speeds = self._session, speeds or {}
         session.begin(_activity(plan, doing))
+        turns = plan.rotator
         due = plan.landings if not session.drive.axes_land_together else (plan.arrival, plan.arrival)
         slews = [
             AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
         ]
+        if turns is not None:
+            slews.append(AxisSlew(turns.axis.target_counts, turns.axis.rate_counts, arrival=turns.arrival))
         with self._stopped_on_failure():
             session.drive.start(slews, session.clock.now())
             session.remember()

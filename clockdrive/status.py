@@ -6,10 +6,24 @@ from typing import Any
 from clockdrive.answers import limit_answer, observed, utc
 from clockdrive.configuration import Configuration
 from clockdrive.corrections import ledger
+from clockdrive.rotating import field, rotator_status
 from clockdrive.session import Session
 from clockdrive.state import StateStore
+from mounts.drive import Reading
 from pointing.instant import Instant
 from pointing.vectors import longitude_latitude
+
+_ROTATOR = 2  # where it stands among the axes of a reading
+
+
+def _rotator(session: Session, reading: Reading, angles: tuple[float, float]) -> dict[str, Any]:
+    """The rotator, where there is one, and how the field turns while a target is followed."""
+    planner, pursuit = session.planner, session.pursuit
+    said: dict[str, Any] = {} if pursuit is None else field(planner, pursuit.target, reading.time, pursuit.posture)
+    if planner.rotator is not None and len(reading.axes) > _ROTATOR:
+        hold = None if pursuit is None else pursuit.hold
+        said["rotator"] = rotator_status(planner, planner.rotator, reading, angles, hold)
+    return said
 
 
 def status_of(session: Session, store: StateStore, configuration: Configuration, instrument: str) -> dict[str, Any]:
@@ -60,6 +74,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
             }
             for axis, angle, read in zip(planner.axes, angles, reading.axes, strict=False)
         ],
+        **_rotator(session, reading, angles),
         "error_arcsec": session.pursuit.error_arcsec(reading) if session.pursuit else None,
         "next_limit": limit_answer(session.pursuit.next_limit(now)) if session.pursuit else None,
         "led": bool(session.pursuit and session.pursuit.led),

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from clockdrive import assembly, parse
+from clockdrive import assembly, model_in_force, parse
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import (
     Answer,
@@ -48,6 +48,7 @@ from clockdrive.planning import (
     resolve,
     sources_of,
 )
+from clockdrive.rotating import hold_of
 from clockdrive.session import Session
 from clockdrive.slewing import Arrival, Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
@@ -56,6 +57,7 @@ from pointing.errors import Unreachable
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan
+from pointing.rotator import Hold
 from pointing.targets import Target
 
 if TYPE_CHECKING:
@@ -200,6 +202,8 @@ class Telescope:
         *,
         rate_arcsec_s: Sequence[float] | None = None,
         rate_from: "TimeLike | None" = None,
+        rotator: str | None = None,
+        position_angle_deg: float | None = None,
     ) -> PlanAnswer | PassAnswer:
         """Plan a slew, or the pass of a satellite that is not up yet; nothing moves.
 
@@ -213,6 +217,10 @@ class Telescope:
             Rates of one's own, east (with cos Dec) and north on the sky, on top of the target's own motion.
         rate_from : float, datetime, Time or str, optional
             When these have not displaced the target yet; when the slew starts by default.
+        rotator : str, optional
+            What the instrument rotator is to hold: `sky`, `horizon` or `mount`; as configured by default.
+        position_angle_deg : float, optional
+            At which angle: to the east of north, of the zenith, or of the tube's upper side.
 
         Raises
         ------
@@ -222,7 +230,8 @@ class Telescope:
         self._control.require_open()
         time = self._time(at)
         resolved = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
-        found = self._planned(resolved, None if at is None else time)
+        hold = hold_of(self._session.planner.rotator, rotator, position_angle_deg)
+        found = self._planned(resolved, None if at is None else time, hold)
         around = self._session.surroundings
         notes, unsure = self._instruments.notes, self._control.call(self._session.uncertainty_counts)
         return answered(found, time, self._session.planner, around, resolved, notes, unsure)
@@ -234,20 +243,23 @@ class Telescope:
         *,
         rate_arcsec_s: Sequence[float] | None = None,
         rate_from: "TimeLike | None" = None,
+        rotator: str | None = None,
+        position_angle_deg: float | None = None,
     ) -> Answer:
         """Slew to a target and track it; returns on arrival, tracking goes on until `stop` or `close`.
 
-        Rates of one's own, as for `plan`, go on for as long as it is tracked. A satellite that comes up within half
-        an hour is waited for.
+        Rates of one's own and what the rotator holds, as for `plan`, go on for as long as it is tracked. A satellite
+        that comes up within half an hour is waited for.
         """
         resolved = self._target(target, self.clock.now(), drift_of(rate_arcsec_s, rate_from))
         self._control.call(self._session.require_free)
-        found = self._planned(resolved, None)
+        hold = hold_of(self._session.planner.rotator, rotator, position_angle_deg)
+        found = self._planned(resolved, None, hold)
         ahead = found if isinstance(found, PassPlan) else None
         if ahead is not None and ahead.reachable > self.clock.now() + _LONGEST_WAIT_S:
             most = f"`goto` waits for at most {_LONGEST_WAIT_S / 60:.0f} minutes: give it again then"
             raise Unreachable(f"{ahead.target} is not up yet; {most}", ahead.reachable)
-        arrival = self._perform(self._gone_to(resolved, progress, ahead))
+        arrival = self._perform(self._gone_to(resolved, progress, ahead, hold))
         return self._arrived(arrival, resolved)
 
     def flip(self, progress: Report = nobody) -> Answer:
@@ -320,12 +332,14 @@ class Telescope:
         *,
         rate_arcsec_s: Sequence[float] | None = None,
         rate_from: "TimeLike | None" = None,
+        rotator: str | None = None,
+        position_angle_deg: float | None = None,
     ) -> AxesAnswer:
-        """Tracking rates of both axes at a time; rates of one's own as for `plan`."""
+        """Tracking rates of both axes at a time; rates of one's own and the rotator as for `plan`."""
         self._control.require_open()
         time = self._time(at)
-        wanted = self._target(target, time, drift_of(rate_arcsec_s, rate_from))
-        return rates_of(self._session.planner, wanted, time)
+        wanted, planner = self._target(target, time, drift_of(rate_arcsec_s, rate_from)), self._session.planner
+        return rates_of(planner, wanted, time, hold_of(planner.rotator, rotator, position_angle_deg))
 
     def passes(
         self,
@@ -498,7 +512,14 @@ class Telescope:
 
     def clear(self, correction: str) -> None:
         """Remove a correction by its name in `status`, or both of a kind: `offset`, `guide`, `centre`."""
-        self._control.call(lambda: self._adjusting.clear(correction))
+
+        def clear() -> None:
+            if correction == model_in_force.NAME and self._model.by_hand:
+                self._model.clear()
+            else:
+                self._adjusting.clear(correction)
+
+        self._control.call(clear)
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""
@@ -571,6 +592,8 @@ class Telescope:
         witness: "str | SkyWitness" = "simulator",
         *,
         pole: "Pole" = "true",
+        goal_arcsec: float = 20.0,
+        scatter_arcsec: float = 1.0,
         settle_s: float = 1.0,
         report: Callable[[str], object] = lambda text: None,  # noqa: ARG005 - nobody reads
         ask: Callable[[str], object] = print,
@@ -583,6 +606,10 @@ class Telescope:
             As for `pointing_run`.
         pole : str
             To which a polar axis shall point: the `true` pole, or the `refracted` one.
+        goal_arcsec : float
+            How near is near enough.
+        scatter_arcsec : float
+            What a look scatters beyond what its witness says: periodic error, flexure without a model.
         report : callable
             Told of each star.
 
@@ -591,26 +618,37 @@ class Telescope:
         Refused, WitnessError
             Not now; too few stars were seen.
         """
-        from clockdrive.alignment import Alignment  # noqa: PLC0415 - as in `runs`
+        from clockdrive.aligning import AlignmentSettings  # noqa: PLC0415 - as in `runs`
+        from clockdrive.alignment import Alignment  # noqa: PLC0415 - likewise
 
         seer = self._sky_witness(witness, ask)
-        settle = finite("settling for", settle_s, "seconds")
-        return Alignment.begun(self._session, self._slewing, self.runs, seer, pole, settle, self._perform, report)
+        settings = AlignmentSettings(
+            pole,
+            finite("a goal of", goal_arcsec, "arcseconds"),
+            finite("a scatter of", scatter_arcsec, "arcseconds"),
+            finite("settling for", settle_s, "seconds"),
+        )
+        return Alignment.begun(
+            self._session, self._slewing, self.runs, seer, settings, self._control, self._perform, report
+        )
 
-    def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
-        """Point with another pointing model from now on, until this telescope is closed.
+    def use_model(self, model: "Fit | PointingModel | RunReport | str | Path | None") -> None:
+        """Point with another pointing model from now on, beyond the end of this process; `status` names it.
+
+        A sync that comes after it changes the index of the axes alone. `clear("pointing model")` ends it, and the
+        one of `[mount] pointing_model` is in force again.
 
         Parameters
         ----------
-        model : Fit, PointingModel, path or None
-            The model, or a file of one; None for none. `[mount] pointing_model` puts one in force for good.
+        model : RunReport, Fit, PointingModel, path or None
+            The model, or a file of one; None for none.
 
         Raises
         ------
         Refused, PointingError
             The telescope is not at rest; it is no model of this mount.
         """
-        self._control.call(lambda: self._adjusting.use_model(model))
+        self._control.call(lambda: self._model.use(model))
 
     # Commissioning ---------------------------------------------------------------------------------------------
 
@@ -693,17 +731,20 @@ class Telescope:
                 self._instruments.take(chosen)
             around = assembly.surroundings(self.configuration, planner, self.clock)
             session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
+            self._model = model_in_force.ModelInForce(session, configuration.state_directory)
+            self._model.take_up()
             session.open(make_safe=self.ownership.previous_owner_died)
         except BaseException:
             self._store.close()
             raise
         return session
 
-    def _gone_to(self, target: Target, progress: Report, ahead: PassPlan | None) -> Steps[Arrival]:
+    def _gone_to(self, target: Target, progress: Report, ahead: PassPlan | None, hold: Hold | None) -> Steps[Arrival]:
         """Slew to a new target; what was found of the last one is not taken along."""
         self._session.require_free()
-        if ahead is None:
-            self._session.plan(target)  # what is refused leaves all as it was
+        with self._session.holding(hold):
+            if ahead is None:
+                self._session.plan(target)  # what is refused leaves all as it was
         self._session.forget_target()
         return (yield from self._slewing.goto(target, progress, ahead))
 
@@ -720,10 +761,10 @@ class Telescope:
     def _answered(self, plan: Plan) -> PlanAnswer:
         return plan_answer(plan, self._session.planner, self._notes(plan))
 
-    def _planned(self, target: Target, time: float | None) -> Plan | PassPlan:
+    def _planned(self, target: Target, time: float | None, hold: Hold | None) -> Plan | PassPlan:
         """Plan on the caller's thread: a refusal may search the whole day, and the control thread has a telescope."""
         wanted, start, timing = self._control.call(lambda: self._session.whence(target, time))
-        return plan_or_pass(self._session.planner, wanted, start, timing)
+        return plan_or_pass(self._session.planner, wanted, start, timing, hold)
 
     def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
         """Make the simulator; a new one starts synchronised at park."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from pointing.errors import PointingError, Unreachable
 from pointing.instant import Instant
@@ -14,6 +15,9 @@ from pointing.plan import Axis, AxisState
 from pointing.sky import Sky, SkyFrame
 from pointing.targets import Target
 from pointing.vectors import Vector
+
+if TYPE_CHECKING:
+    from pointing.rotator import Rotator
 
 _ROUNDING = 1e-12  # rad, by which one limit computed in two ways may differ from itself
 
@@ -40,6 +44,8 @@ class Geometry:
     ) -> None:
         self.sky = sky
         self.mount = mount
+        self.rotator: Rotator | None = None
+        """Of a telescope that has one; whoever puts the telescope together says so."""
         self.axes = axes
         self.limits = limits
         if math.isnan(past_meridian):

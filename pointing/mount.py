@@ -191,6 +191,23 @@ class Mount:
         along, across = math.cos(self.origin_x), math.sin(self.origin_x)
         return math.atan2(math.hypot(across, along * math.sin(self.origin_y)), along * math.cos(self.origin_y))
 
+    @property
+    def frame(self) -> Rows:
+        """Axes of the mount's own frame in the horizon frame, by (X, Y) and the model's tilt; the last is axis 1."""
+        rows = _transposed(_rodrigues(self.x, self.y))
+        if self.type is not MountType.ALTAZ_FORK:
+            rows = _product(rows, _equator_from_horizon(self.latitude))
+        if self.model is not None:
+            from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
+
+            rows = _product(_transposed(rigid_part(self.model).tilt), rows)
+        return rows
+
+    @property
+    def pole(self) -> Vector:
+        """Where axis 1 points, horizon frame: its end of increasing axis 2."""
+        return self.frame[2]
+
     def axes(self, observed: Vector, posture: Posture) -> tuple[float, float]:
         """Mechanical axis angles that bring the pointing origin on an observed direction.
 
@@ -225,9 +242,21 @@ class Mount:
         place = self._tube.direction(axis1, axis2)
         if self._bending is not None:
             place = self._bending.star(place, beyond=self._tube.beyond(axis2))
-        x, y, z = place
-        (a, b, c), (d, e, f), (g, h, i) = self._rows
-        return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        return self._to_horizon(place)
+
+    def up(self, axis1: float, axis2: float) -> Vector:
+        """How the focal plane lies on the sky: the way its upper side points from `observed`, horizon frame.
+
+        The upper side is fixed to the tube: the one towards which axis 2 grows, so north or the zenith in normal
+        posture and turned over beyond. Its unit vector is a tangent at `observed`.
+        """
+        if self._reading is not None:
+            axis1, axis2 = self._reading.star(axis1, axis2)
+        up = self._tube.up(axis1, axis2)
+        if self._bending is not None:
+            place = self._tube.direction(axis1, axis2)
+            up = self._bending.rolled(up, place, beyond=self._tube.beyond(axis2))
+        return self._to_horizon(up)
 
     def axes_and_rates(self, observed: Vector, rate: Vector, posture: Posture) -> AngleRates:
         """Angle and rate of each axis that keep the telescope on a moving direction.
@@ -264,6 +293,11 @@ class Mount:
     def posture(self, axis2: float) -> Posture:
         """Whether at an axis 2 angle the pointing origin lies in the normal range or beyond the pole."""
         return POSTURES[self._tube.beyond(axis2)]
+
+    def _to_horizon(self, v: Vector) -> Vector:
+        x, y, z = v
+        (a, b, c), (d, e, f), (g, h, i) = self._rows
+        return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
 
     def _to_mount(self, v: Vector) -> Vector:
         x, y, z = v

@@ -17,6 +17,7 @@ from pointing.slew import SlewModel, Travel
 from pointing.vectors import Vector
 
 if TYPE_CHECKING:
+    from pointing.rotator import Hold
     from pointing.trajectory import Trajectory
 
 
@@ -76,11 +77,12 @@ class Axis:
 
 @dataclass(frozen=True)
 class Start:
-    """Where the axes are when the plan is made: counts, and counts per second."""
+    """Where the axes are when the plan is made: counts, and counts per second; both of a rotator, if there is one."""
 
     time: float
     counts: tuple[float, float]
     rates: tuple[float, float] = (0.0, 0.0)
+    rotator: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (*self.counts, *self.rates))):
@@ -127,12 +129,15 @@ class Timing:
         Tracking resumes on both axes only when the later one has landed.
     leading : Leading, optional
         How it can be led to a target that is too fast to be met at rest.
+    rotator : SlewModel, optional
+        The law of the instrument rotator, of a telescope that has one.
     """
 
     slew: tuple[SlewModel, SlewModel]
     latency: float = 0.0
     together: bool = True
     leading: Leading | None = None
+    rotator: SlewModel | None = None
 
 
 @dataclass(frozen=True)
@@ -146,6 +151,28 @@ class AxisPlan:
     target_counts: float
     rate_counts: float
     travel: Travel
+
+
+@dataclass(frozen=True)
+class RotatorPlan:
+    """What the rotator does.
+
+    Parameters
+    ----------
+    hold : Hold
+        What it is to hold.
+    axis : AxisPlan
+        Its way; angle and rate are those of its own arrival.
+    arrival : float
+        POSIX seconds at which it holds it.
+    limit : (float, Check), optional
+        When following the target brings it to its limit, POSIX seconds, if that is within two hours.
+    """
+
+    hold: "Hold"
+    axis: AxisPlan
+    arrival: float
+    limit: tuple[float, Check] | None = None
 
 
 @dataclass(frozen=True)
@@ -170,6 +197,8 @@ class Plan:
         The way along which the drive must be led, for a target too fast to be met at rest.
     via : Plan, optional
         The first of two legs, where the straight way is forbidden; the counts and travels are those of the second.
+    rotator : RotatorPlan, optional
+        What the instrument rotator does meanwhile, and for longer where it arrives after the axes.
     """
 
     target: str
@@ -181,6 +210,7 @@ class Plan:
     checks: tuple[Check, ...]
     trajectory: "Trajectory | None" = field(default=None, repr=False, compare=False)
     via: "Plan | None" = field(default=None, repr=False)
+    rotator: RotatorPlan | None = None
 
     @property
     def eta(self) -> float:

@@ -22,7 +22,7 @@ import math
 from dataclasses import dataclass, field
 
 from pointing.errors import Unreachable
-from pointing.vectors import Vector
+from pointing.vectors import Vector, tangent
 
 AngleRates = tuple[tuple[float, float], tuple[float, float]]
 
@@ -98,6 +98,20 @@ class Tube:
             turned = z * sin_n / math.copysign(math.hypot(along, sin_g), c)
             x, y, z = x + turned * y, y - turned * x, z * cos_n
         return x, y, z
+
+    def up(self, axis1: float, axis2: float) -> Vector:
+        """How the tube is rolled: the way on the sky, a unit vector, that its upper side points at these angles.
+
+        The upper side is the one towards which axis 2 grows. It is fixed to the tube, and so turned over beyond the
+        pole. That the tube turns about axis 2, which stands askew by ν about the horizontal that axis 2's plane
+        contains, makes it −s f + c (z cos ν + k sin ν) for the horizontal f along and k across that plane.
+        """
+        lateral, up = self.zero - axis1 - self.index1, axis2 + self.index2
+        s, c = math.sin(up), math.cos(up)
+        x, y = math.cos(lateral), math.sin(lateral)
+        sin_n, cos_n = self._askew
+        rolled = c * sin_n * y - s * x, -c * sin_n * x - s * y, c * cos_n
+        return tangent(rolled, self.direction(axis1, axis2))
 
     def axes(self, direction: Vector, *, beyond: bool) -> tuple[float, float]:
         """Angles of both axes at which the pointing origin looks in a direction.

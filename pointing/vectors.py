@@ -72,6 +72,30 @@ def direction_with_rate(place: Vector, velocity: Vector) -> tuple[Vector, Vector
     return (x, y, z), (dx - along * x, dy - along * y, dz - along * z)
 
 
+def tangent(v: Vector, at: Vector) -> Vector:
+    """The unit vector along the sky at a direction that is nearest to `v`."""
+    x, y, z = at
+    along = v[0] * x + v[1] * y + v[2] * z
+    a, b, c = v[0] - along * x, v[1] - along * y, v[2] - along * z
+    n = 1.0 / math.sqrt(a * a + b * b + c * c)
+    return a * n, b * n, c * n
+
+
+def turned_eastward(v: Vector, at: Vector) -> Vector:
+    """A tangent at a direction turned by a right angle, as north is to become east: v × at."""
+    x, y, z = at
+    return v[1] * z - v[2] * y, v[2] * x - v[0] * z, v[0] * y - v[1] * x
+
+
+def angle_eastward(start: Vector, end: Vector, at: Vector) -> float:
+    """Angle in (−π, π] from one tangent at a direction to another, positive from north through east."""
+    across = turned_eastward(start, at)
+    return math.atan2(
+        end[0] * across[0] + end[1] * across[1] + end[2] * across[2],
+        end[0] * start[0] + end[1] * start[1] + end[2] * start[2],
+    )
+
+
 def _turn(angle: float) -> float:
     """Bring an angle of (−π, π] into [0, 2π), where a negative nothing stays below 2π."""
     return (angle + math.tau if angle < 0.0 else angle) % math.tau

@@ -14,6 +14,7 @@ from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
 from clockdrive.cli.fit_command import fit, model
 from clockdrive.cli.pointing_run_command import pointing_run
+from clockdrive.cli.polar_align_command import polar_align
 from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
@@ -29,13 +30,15 @@ def plan(args: argparse.Namespace) -> None:
         configuration = configuration_of(args.config)
         counts, drift = parse.counts(args.start), planning.drift_of(**_rate(args))
         answer = planning.plan_from(
-            configuration, _target(args), at, counts, instrument=args.instrument, drift=drift
+            configuration, _target(args), at, counts, instrument=args.instrument, drift=drift, **_hold(args)
         ).json
     elif args.instrument is not None:
         raise InputError(f"--instrument {args.instrument} goes with --from; `clockdrive instrument` chooses one")
     else:
         with backend(args.config, "plan", keep_tracking=True) as telescope:
-            answer = telescope.call("plan", target=_target(args), at=at if args.at else None, **_rate(args))
+            answer = telescope.call(
+                "plan", target=_target(args), at=at if args.at else None, **_rate(args), **_hold(args)
+            )
     _show(args, answer, display.plan_text)
 
 
@@ -46,7 +49,7 @@ def rates(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     drift = planning.drift_of(**_rate(args))
     answer = planning.rates_at(
-        configuration_of(args.config), _target(args), at, instrument=args.instrument, drift=drift
+        configuration_of(args.config), _target(args), at, instrument=args.instrument, drift=drift, **_hold(args)
     ).json
     _show(args, answer, display.rates_text)
 
@@ -68,12 +71,12 @@ def goto(args: argparse.Namespace) -> None:
     seconds = _seconds(args)
     stay = args.command == "track" or seconds is not None
     leave = not stay and (args.exit or args.json)
-    rate = _rate(args)
+    wishes = {**_rate(args), **_hold(args)}
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         if leave and not telescope.attached:
-            _require_left(telescope.call("plan", target=_target(args), **rate))
+            _require_left(telescope.call("plan", target=_target(args), **wishes))
         with display.progress_bar(quiet=args.json) as show:
-            answer = telescope.call("goto", show, target=_target(args), **rate)
+            answer = telescope.call("goto", show, target=_target(args), **wishes)
         if not args.json:
             print(display.arrival_text(answer), flush=True)
         telescope.leaves_tracking = leave
@@ -325,6 +328,11 @@ def _rate(args: argparse.Namespace) -> dict[str, Any]:
     }
 
 
+def _hold(args: argparse.Namespace) -> dict[str, Any]:
+    """What the rotator is to hold, as the calls take it."""
+    return {"rotator": args.rotator, "position_angle_deg": args.position_angle}
+
+
 def _seconds(args: argparse.Namespace) -> float | None:
     from clockdrive import parse  # noqa: PLC0415 - as in `plan`
 
@@ -359,6 +367,7 @@ COMMANDS: dict[str, Command] = {
     "passes": passes,
     "plan": plan,
     "pointing-run": pointing_run,
+    "polar-align": polar_align,
     "rates": rates,
     "report": report,
     "run": run,

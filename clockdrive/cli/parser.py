@@ -8,7 +8,8 @@ from clockdrive.cli.commission_command import add_commission
 from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
 from clockdrive.cli.pointing_run_command import add_pointing_run
-from clockdrive.configuration_keys import DRIVE_KINDS
+from clockdrive.cli.polar_align_command import add_polar_align
+from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     _guiding(add)
     add_fit(add)
     add_pointing_run(add)
+    add_polar_align(add)
     _serving(add)
     _around(add)
     return root
@@ -52,6 +54,20 @@ def _add_rate(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--rate-from", metavar="UTC", help="when they have displaced nothing yet (default the start)"
+    )
+
+
+def _add_rotator(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--position-angle",
+        type=float,
+        metavar="DEG",
+        help="where the rotator holds the instrument's y axis: to the east of north, or of what --rotator says",
+    )
+    command.add_argument(
+        "--rotator",
+        choices=ROTATOR_MODES,
+        help="what the rotator holds: the sky, the horizon, or its own angle on the mount (default as configured)",
     )
 
 
@@ -67,8 +83,9 @@ def _asking(add_with_target: Adder) -> None:
     passes.add_argument("--hours", type=float, default=24.0, help="for how long to search (default 24)")
     passes.add_argument("--at", metavar="UTC", help="from when on (default now)")
     passes.add_argument("--above", type=float, metavar="DEG", help="an altitude to exceed besides the limits")
-    _add_rate(plan)
-    _add_rate(rates)
+    for command in (plan, rates):
+        _add_rate(command)
+        _add_rotator(command)
 
 
 def _moving(add: Adder, add_with_target: Adder) -> None:
@@ -87,8 +104,9 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
     )
     track = add_with_target("track", "slew to a target and track it for a time")
     track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
-    _add_rate(goto)
-    _add_rate(track)
+    for command in (goto, track):
+        _add_rate(command)
+        _add_rotator(command)
     jog = add("jog", "move one axis at a speed for a time")
     jog.add_argument("axis", type=int, choices=(1, 2))
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")

@@ -15,6 +15,7 @@ from pointing.model.place import MountKind
 from pointing.model.pointing_model import PointingModel
 from pointing.model.rigid_step import COLLIMATION, INDEX1, INDEX2, KINDS, SKEW, TILT, rigid_terms
 from pointing.model.terms import Term
+from pointing.offset import carried
 from pointing.vectors import Vector
 
 Rows = tuple[Vector, Vector, Vector]
@@ -115,6 +116,19 @@ class Bending:
         (a, b, c), (d, e, f), (g, h, i) = self.tilt
         tilted = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
         return _vector(_ZERO[self.model.kind], *self.model.star(*self._mechanical(tilted, beyond=beyond)))
+
+    def rolled(self, up: Vector, direction: Vector, *, beyond: bool) -> Vector:
+        """How the tube's upper side lies on the sky: tilted with axis 1, and bent the shortest way, without a twist.
+
+        A pointing model says where the tube looks once it is bent, and not how it is rolled; what bends by gravity is
+        taken to bend about an axis across the tube.
+        """
+        x, y, z = direction
+        (a, b, c), (d, e, f), (g, h, i) = self.tilt
+        tilted = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        x, y, z = up
+        up = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        return carried(up, tilted, self.star(direction, beyond=beyond))
 
     def telescope(self, direction: Vector, *, beyond: bool) -> tuple[Vector, bool]:
         """Direction in which the tube looks at a star, and on which side; inverse of `star`.

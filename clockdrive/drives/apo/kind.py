@@ -35,11 +35,11 @@ def timing(configuration: Configuration) -> Timing:
     from mounts.apo.drive import LEAD_S  # noqa: PLC0415 - a telescope has its models from its drive
     from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - likewise
 
-    one, two = (
+    one, two, *others = (
         ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3)
-        for axis in settings(configuration).axes[:2]
+        for axis in settings(configuration).axes
     )
-    return Timing((one, two), latency=LEAD_S, together=False)
+    return Timing((one, two), latency=LEAD_S, together=False, rotator=next(iter(others), None))
 
 
 def drive(

@@ -1,0 +1,154 @@
+"""How the rotator gets where it holds the field: which winding, when it is there, how long it may stay.
+
+The rotator goes at the same time as the axes and by itself: it meets the angle that is right when it arrives, be that
+before the axes or after them. Of the windings within its limits the one that holds the target for longest is taken,
+up to two hours; of those that hold it as long, the nearest.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+
+from pointing.errors import PointingError, TargetError, Unreachable
+from pointing.geometry import Geometry
+from pointing.limits import Check
+from pointing.plan import AxisPlan, Plan, RotatorPlan, Start, Timing
+from pointing.rotator import Held, Hold, Rotator, RotatorPath
+from pointing.slew import Travel
+from pointing.targets import Target
+
+_KEPT_S = 7200.0  # for which a winding should hold its target
+_ALIKE_S = 2.0  # by which two may differ and hold it equally long
+_LONGEST_S = 3600.0  # for which a rotator may be on its way
+_ROUNDS = 60  # the fixed point contracts by field rotation over speed, 0.2 at 0.5° from the zenith
+
+
+def with_rotator(
+    geometry: Geometry, plan: Plan, target: Target, start: Start, timing: Timing, hold: Hold | None = None
+) -> Plan:
+    """Add to a plan what the rotator does, where the telescope has one.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Sky and mount.
+    plan : Plan
+        Of the axes; its posture is kept.
+    target : Target
+        At which the rotator holds what it is to hold.
+    start, timing : Start, Timing
+        Where the rotator is, and its law of motion.
+    hold : Hold, optional
+        What it is to hold; by default what the telescope's rotator holds.
+
+    Raises
+    ------
+    Unreachable
+        It is to hold an angle outside its limits, or turn faster than it can.
+    PointingError
+        There is no north, or no way up, at the target.
+    """
+    if geometry.rotator is None:
+        return plan
+    rotator = geometry.rotator.holding(hold)
+    held = Held(geometry, target, plan.posture, rotator.hold)
+    ways = sorted(_ways(held, plan, rotator, start, timing), key=lambda way: way.arrival)
+    best, kept = None, 0.0
+    for way in ways:
+        holds = _KEPT_S if way.limit is None else min(way.limit[0] - plan.arrival, _KEPT_S)
+        if best is None or holds > kept + _ALIKE_S:
+            best, kept = way, holds
+    if best is None:
+        check = _missed(held, plan.arrival, rotator, timing)
+        raise Unreachable(f"{plan.target}: {check.detail}", checks=(*plan.checks, check))
+    checks = (*plan.checks, rotator.check(best.axis.angle), _speed(best, rotator, timing))
+    if not checks[-1].ok:
+        raise Unreachable(f"{plan.target}: {checks[-1].detail}; hold the mount, or wait", checks=checks)
+    return replace(plan, rotator=best, checks=checks)
+
+
+def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath | None:
+    """The way of the rotator along a target, from a plan on; None where the plan has none."""
+    if plan.rotator is None or geometry.rotator is None:
+        return None
+    held = Held(geometry, target, plan.posture, plan.rotator.hold)
+    return RotatorPath(geometry.rotator, held, plan.rotator.axis.angle)
+
+
+def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
+    """Add to a plan that ends at rest the rotator's way to its park position, where the telescope has one."""
+    rotator = geometry.rotator
+    if rotator is None:
+        return plan
+    hold = Hold("mount", rotator.park)
+    there = rotator.axis.nearest(rotator.park)
+    begin = start.time + timing.latency
+    here, travel = _travel(there, 0.0, start, timing)
+    axis = AxisPlan(rotator.axis.name, rotator.park, 0.0, here, there, 0.0, travel)
+    return replace(plan, rotator=RotatorPlan(hold, axis, begin + travel.duration))
+
+
+def _ways(held: Held, plan: Plan, rotator: Rotator, start: Start, timing: Timing) -> Iterator[RotatorPlan]:
+    """Each winding within the limits, to hold the target from its own arrival on."""
+    for near in rotator.axis.windings(held.angle(plan.arrival)):
+        way = _met(held, near, plan.arrival, rotator, start, timing)
+        if way is not None:
+            yield way
+
+
+def _met(
+    held: Held, near: float, soonest: float, rotator: Rotator, start: Start, timing: Timing
+) -> RotatorPlan | None:
+    """Solve the arrival and the angle together, on the winding of `near` at the time `soonest`."""
+    axis, begin = rotator.axis, start.time + timing.latency
+    path = RotatorPath(rotator, held, near)
+    angle, rate = path.state(soonest)
+    for _ in range(_ROUNDS):
+        target, rate_counts = axis.nearest(angle), rate * axis.gearing.counts_per_radian
+        here, travel = _travel(target, rate_counts, start, timing)
+        arrival = begin + travel.duration
+        if travel.duration > _LONGEST_S:
+            return None
+        path.near = angle
+        angle, rate = path.state(arrival)
+        if abs(axis.nearest(angle) - target) <= axis.settled:
+            break
+    else:
+        return None
+    if not rotator.check(angle).ok:
+        return None
+    plan = AxisPlan(axis.name, angle, rate, here, target, rate_counts, travel)
+    from_now = max(arrival, soonest)
+    path.near, limit = path.state(from_now)[0], None
+    with suppress(TargetError):  # nobody knows its place so far ahead
+        limit = path.next_limit(from_now, from_now + _KEPT_S)
+    return RotatorPlan(rotator.hold, plan, arrival, limit)
+
+
+def _missed(held: Held, time: float, rotator: Rotator, timing: Timing) -> Check:
+    """Why no winding holds a target from a time on: its limits, or that the field turns away."""
+    angle, rate = held.state(time, (rotator.axis.minimum + rotator.axis.maximum) / 2.0)
+    check = rotator.check(angle, f"rotator, to hold {rotator.hold},")
+    if not check.ok:
+        return check
+    most = 0.0 if timing.rotator is None else timing.rotator.max_rate * rotator.axis.gearing.step_deg_float
+    said = f"the field turns at {math.degrees(rate):.5f}°/s, nearly as fast as the rotator, {most:.3f}°/s"
+    return Check("rotator", ok=False, detail=f"{said}: no arrival was found; hold the mount, or wait")
+
+
+def _travel(target: float, rate: float, start: Start, timing: Timing) -> tuple[float, Travel]:
+    """Where the rotator is, counts, and its travel from where it will be when the motion begins."""
+    if start.rotator is None or timing.rotator is None:
+        raise PointingError("a rotator whose position or law of motion nobody knows: give Start and Timing its own")
+    here, before = start.rotator
+    return here, timing.rotator.travel(here + before * timing.latency, target, before, rate)
+
+
+def _speed(way: RotatorPlan, rotator: Rotator, timing: Timing) -> Check:
+    """Whether the rotator can follow the field once it is there."""
+    degrees = rotator.axis.gearing.step_deg_float
+    most = 0.0 if timing.rotator is None else timing.rotator.max_rate * degrees
+    needed = abs(way.axis.rate_counts) * degrees
+    said = f"the rotator turns with the field at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
+    return Check("rotator speed", ok=needed <= most, detail=said)
