@@ -47,6 +47,7 @@ class Run:
             "drive.on_expiry": expiry,
             "simulator.clock_drift_ppm": chance.choice((0.0, 20.0, -20.0)),
             "simulator.clock_offset_s": chance.choice((0.0, 0.0, 0.15)),
+            **chance.choice(({}, {"rotator.mode": "sky"})),
         }
         self.start = MIDNIGHT + chance.uniform(-43200.0, 43200.0)
         self.lines = []
