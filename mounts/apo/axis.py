@@ -4,7 +4,8 @@ Outside, times are POSIX seconds; on the wire they are the controller's own, TAI
 offset. A node whose answer was lost is not sent again: see `line`.
 """
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -74,6 +75,7 @@ class ControlledAxis:
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
         self._raw: Drift | None = None  # the last answer that told position and time
+        self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._exchange_s = 0.0  # that a node took lately
 
     @property
@@ -116,6 +118,7 @@ class ControlledAxis:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
         timed = self.asked(lambda: self._plausible(self.controller.drift))
         line = PathNode(self._seen(timed), timed.value.position_deg, timed.value.velocity_deg_s)
+        self._waiting.clear()
         self.queue.begin(line)
         return line
 
@@ -190,29 +193,58 @@ class ControlledAxis:
         TransportError
             Its answer was lost; it may have been taken, and is not sent again.
         """
-        when = tai.seconds_of_day(node.time + self.offset.value)
-        answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+        when = tai.seconds_of_day(node.time + self.offset.at(node.time))
+        try:
+            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+        except DriveRefused as error:
+            raise DriveRefused(f"{error}, and drive.max_nodes") from error
         self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
         self.queue.append(node)
+
+    def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
+        """Give the nodes of a slew, as many as the buffer holds; `feed` gives the others when there is room.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `send`.
+        """
+        self._waiting = deque(nodes)
+        self.feed(nodes[0].time, most)
+
+    def feed(self, time: float, most: int) -> None:
+        """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
+        while self._waiting and self.queue.pending(time) < most:
+            self.send(self._waiting[0])
+            self._waiting.popleft()
+
+    @property
+    def waiting(self) -> Sequence[PathNode]:
+        """Nodes for which the buffer had no room."""
+        return tuple(self._waiting)
 
     def halt(self, *, abruptly: bool = False) -> None:
         """End the motion; the axis decelerates, or is stopped as the stop button does."""
         self.asked(lambda: self.controller.tell("STOP" if abruptly else "MOVE"))
-        self.queue.clear()
+        self._forget_path()
 
     def initialise(self) -> None:
         """Halt and clear the sticky bits."""
         self.asked(lambda: self.controller.tell("INIT"))
-        self.queue.clear()
+        self._forget_path()
         self.forget_bits()
 
     def forget_bits(self) -> None:
         """Forget what was latched: INIT has cleared it."""
         self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
 
+    def _forget_path(self) -> None:
+        self._waiting.clear()
+        self.queue.clear()
+
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
-        self.queue.clear()
+        self._forget_path()
         self._raw = None
 
     def displace(self, degrees: float) -> None:

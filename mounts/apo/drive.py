@@ -138,7 +138,7 @@ class ApoDrive:
         Raises
         ------
         WrongProtocol, DriveRefused, TransportError
-            No controller answers on a line; its clock is in the wrong scale or too far off.
+            No controller answers on a line, or one refuses to be initialised.
         """
         for axis in self._axes:
             identified(axis)
@@ -150,7 +150,6 @@ class ApoDrive:
                 self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
             self._free(i)
             self._notes += settings_notes(axis)
-            axis.require_clock()
         return self.read(time)
 
     # Reading ---------------------------------------------------------------------------------------------------
@@ -197,6 +196,7 @@ class ApoDrive:
     def _settle(self, sights: Sequence[Sight]) -> None:
         """End what has come to its end: slews that landed, stops that came to rest."""
         for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+            axis.feed(sight.time, self._settings.max_nodes)
             due = self._arrivals[i]
             if due is not None and sight.time >= due:
                 self._arrivals[i] = None
@@ -225,8 +225,6 @@ class ApoDrive:
                 return text
             if axis.queue.is_path and sight.time > axis.queue.ends + 0.5:
                 return f"{axis.name}: its path ended {sight.time - axis.queue.ends:.1f} s ago; `goto` again"
-            if text := axis.clock_trouble():
-                return text
         return ""
 
     def _reading(self, sights: Sequence[Sight]) -> Reading:
@@ -240,6 +238,7 @@ class ApoDrive:
             unsure += abs(here[0] - carried) if here else 0.0
             axes.append(AxisReading(carried, unsure, sight.velocity, self._arrivals[i] is not None))
         self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
+        clocks = filter(None, (axis.clock_trouble() for axis in self._axes))
         slewing, tracking = any(axis.slewing for axis in axes), self._follower.active
         moving = self._halted is None and any(abs(axis.rate) > _MOVES for axis in axes)
         told = (
@@ -250,7 +249,7 @@ class ApoDrive:
             axes=tuple(axes),
             motion=(told,) if told else (),
             limits=supervision.limits(self._axes),
-            alarms=supervision.alarms(self._axes),
+            alarms=(*supervision.alarms(self._axes), *clocks),
             tracking=tracking and not slewing,
             unsynchronised=self._trust.unsynchronised,
         )
@@ -307,8 +306,7 @@ class ApoDrive:
             if where(meeting.arrival)[1] == 0.0:
                 nodes = (*nodes, PathNode(meeting.arrival + _HOLD_S, nodes[-1].position, 0.0))
             try:
-                for node in nodes:
-                    axis.send(node)
+                axis.send_path(nodes, self._settings.max_nodes)
             except (DriveRefused, TransportError) as error:
                 if attempt == _ATTEMPTS - 1:
                     raise
@@ -461,7 +459,7 @@ class ApoDrive:
             try:
                 axis.halt()
             except (DriveError, TransportError) as error:
-                axis.queue.clear()
+                axis.forget_path()
                 errors.append(error)
         self._halted = time
         if errors:

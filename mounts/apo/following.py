@@ -101,6 +101,8 @@ class Follower:
         def where(when: float) -> tuple[float, float]:
             return path.at(when)[i]
 
+        if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
+            return
         if self._must_meet(axis, i) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
