@@ -306,7 +306,7 @@ class ApoDrive:
         for attempt in range(_ATTEMPTS):
             line = axis.drift()
             earliest = line.time + (LEAD_S + line_time) * (1.0 + 0.5 * attempt) + _MARGIN_S / 2.0
-            meeting = meet(axis.settings, line, earliest, where, arrival, model.profile)
+            meeting = meet(axis.settings, line, earliest, where, arrival, model.meeting)
             nodes = meeting.nodes
             if where(meeting.arrival)[1] == 0.0:
                 nodes = (*nodes, PathNode(meeting.arrival + _HOLD_S, nodes[-1].position, 0.0))
