@@ -2,9 +2,6 @@
 
 import math
 from contextlib import suppress
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, cast
 
 from clockdrive.corrections import CLEARED, DISPLACEMENTS, OFFSETS, SYNC
 from clockdrive.displacing import displace, values_of
@@ -12,12 +9,9 @@ from clockdrive.errors import Refused
 from clockdrive.pursuit import Pursuit
 from clockdrive.session import Session
 from clockdrive.state import Correction, Synchronisation
-from pointing.mount import Mount, Posture
+from mounts.drive import Reading
+from pointing.mount import Posture
 from pointing.targets import Target
-
-if TYPE_CHECKING:
-    from pointing.model.fitted import Fit
-    from pointing.model.pointing_model import PointingModel
 
 _LARGEST_OFFSET_ARCSEC = 3600.0
 _LARGEST_SYNC_DEG = 5.0  # a sync beyond this asks for confirmation
@@ -85,7 +79,8 @@ class Adjusting:
         counts = planner.axes[0].gearing.counts(angle1), planner.axes[1].gearing.counts(angle2)
         session.drive.sync(counts, now)
         session.store.record_synchronisation(
-            Synchronisation(now, counts, _SYNC_UNCERTAINTY_ARCSEC, f"sync on {target.name}")
+            Synchronisation(now, counts, _SYNC_UNCERTAINTY_ARCSEC, f"sync on {target.name}"),
+            _moved_deg(planner.angles(_at(reading, now)), (angle1, angle2)) if trusted else None,
         )
         session.history.forget("a sync came after it")
         cleared = [name for name in DISPLACEMENTS if session.store.clear_correction(name)]
@@ -126,24 +121,6 @@ class Adjusting:
             {name: Correction(name, total, "arcsec", "offset command", now) for name, total in totals.items()},
         )
 
-    def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
-        """Point with another pointing model, or with none, from now on.
-
-        Raises
-        ------
-        Refused
-            The telescope is not at rest: the target that it tracks would be elsewhere.
-        PointingError
-            It is no model of this mount.
-        """
-        session, mount = self._session, self._session.planner.mount
-        session.require_free(parked=True)
-        if session.pursuit is not None:
-            raise Refused(f"the telescope tracks {session.pursuit.target.name}: `stop` it, then change the model")
-        found = _model_of(model, mount)
-        session.planner.mount = replace(mount, model=found)
-        session.note("pointing model", "none" if found is None else " ".join(each.name for each in found.terms))
-
     def clear(self, name: str) -> None:
         """Remove a correction that a person made, or both of a kind by the names `offset`, `guide`, `centre`.
 
@@ -163,10 +140,12 @@ class Adjusting:
         displace(session, dict.fromkeys(sorted(names)))
 
 
-def _model_of(model: "Fit | PointingModel | str | Path | None", mount: Mount) -> "PointingModel | None":
-    """The model that somebody gives: itself, that of a fit, or that of a file."""
-    if isinstance(model, str | Path):
-        from pointing.model.model_on_file import ModelOnFile  # noqa: PLC0415 - only where one is given
+def _at(reading: Reading, time: float) -> tuple[float, float]:
+    """Counts at a moment shortly after a reading."""
+    one, two = (axis.counts + axis.rate * (time - reading.time) for axis in reading.axes[:2])
+    return one, two
 
-        return ModelOnFile.read(Path(model), mount.type.kind, mount.latitude)
-    return None if model is None else cast("PointingModel", getattr(model, "model", model))
+
+def _moved_deg(before: tuple[float, float], after: tuple[float, float]) -> tuple[float, float]:
+    one, two = (math.degrees(new - old) for old, new in zip(before, after, strict=True))
+    return one, two

@@ -6,38 +6,78 @@ model in force are taken as they are, but for index errors and tilt, which the s
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
 
-import numpy as np
-
 from clockdrive.control import Steps
-from clockdrive.errors import ClockdriveError, Refused
+from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.observing import Observing
-from clockdrive.run_report import pointing_run
-from clockdrive.run_store import Observation, StoredRun
+from clockdrive.run_store import Observation
 from clockdrive.session import Session
 from clockdrive.witness import SkyWitness, WitnessError
 from mounts.errors import DriveError
+from pointing.axis_advice import (
+    COLLIMATION_ARCSEC,
+    AxisAdvice,
+    advise,
+    harm_of_collimation,
+    registers_of,
+    turns_of,
+)
+from pointing.axis_estimate import FEWEST, AxisEstimate, Look
+from pointing.axis_places import CANDIDATES, telling_places
 from pointing.errors import PointingError
-from pointing.model.axis_tracking import FEWEST, AxisTracking, best_stars
 from pointing.model.place import MountKind
-from pointing.model.pointing_model import PointingModel
-from pointing.model.polar_alignment import AxisTilt, PolarAlignment, angle_text
-from pointing.model.run import PointingRun
-from pointing.model.words import Pole
-from pointing.mount import POSTURES
+from pointing.model.polar_alignment import PolarAlignment, angle_text
+from pointing.model.words import POLES, Pole
 from pointing.run_plan import RunPlace, spread_places
+from pointing.vectors import from_azimuth_altitude
+from transports.errors import TransportError
 
-_CANDIDATES = 40  # places of which the best are taken
 _TRIES = 8  # places at most for the first three stars
+_BLIND = 3  # of them without one sighting: the witness does not work
+_TRIES_ANOTHER = 3  # for one more
 _LASTS_S = 3600.0
+_ARCSEC = math.radians(1.0 / 3600.0)
 _COLLIMATION: dict[MountKind, str] = {"equatorial": "CH", "altazimuth": "CA"}
-_ASSUMED_ARCSEC = 180.0  # of collimation, for saying what it would do
-_WORSE = 1.5  # times as far off as before: a knob went the wrong way
-_FAILURES = (ClockdriveError, DriveError, PointingError)
+_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
+
+
+@dataclass(frozen=True)
+class AlignmentSettings:
+    """How to align.
+
+    Parameters
+    ----------
+    pole : {"true", "refracted"}
+        To which a polar axis shall point.
+    goal_arcsec : float
+        How near is near enough.
+    scatter_arcsec : float
+        What a look scatters beyond what its witness says, on the sky: periodic error, flexure without a model.
+    settle_s : float
+        Before a look.
+
+    Raises
+    ------
+    InputError
+        One of them is impossible; nothing has moved.
+    """
+
+    pole: Pole = "true"
+    goal_arcsec: float = 20.0
+    scatter_arcsec: float = 1.0
+    settle_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.pole not in POLES:
+            raise InputError(f"there is no pole {self.pole!r}: possible are {' and '.join(POLES)}")
+        if not self.goal_arcsec > 0.0:
+            raise InputError(f"a goal of {self.goal_arcsec:g}″: give a number above 0, as 20")
+        if min(self.scatter_arcsec, self.settle_s) < 0.0:
+            raise InputError(f"a scatter of {self.scatter_arcsec:g}″, settling for {self.settle_s:g} s: from 0 on")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,53 +86,46 @@ class AlignmentState:
 
     Parameters
     ----------
-    tracking : AxisTracking
+    estimate : AxisEstimate
         All that the looks have told.
-    advice : PolarAlignment or AxisTilt
-        What to turn.
-    field_east_arcsec, field_north_arcsec : float
-        Where the star that is in the middle of the field now stands in it when the knobs are right.
+    advice : AxisAdvice
+        What to turn, and whether.
     notes : tuple of str
         What was assumed, what to beware of.
     """
 
-    tracking: AxisTracking
-    advice: PolarAlignment | AxisTilt
-    field_east_arcsec: float
-    field_north_arcsec: float
+    estimate: AxisEstimate
+    advice: AxisAdvice
     notes: tuple[str, ...] = ()
 
     @property
     def off_arcsec(self) -> float:
         """How far axis 1 is from where the advice leads it, on the sky."""
-        return _off(self.advice)
+        return self.advice.off_arcsec
 
     @property
     def text(self) -> str:
         """What to turn, how the star must move for it, and what to beware of."""
-        east, north = self.field_east_arcsec, self.field_north_arcsec
-        sides = (
-            f"{angle_text(abs(east))} {'east' if east >= 0.0 else 'west'}",
-            f"{angle_text(abs(north))} {'north' if north >= 0.0 else 'south'}",
-        )
-        moved = f"turn until what is in the middle of the field now stands {' and '.join(sides)} of it"
-        first, second, *rest = self.advice.text.split("\n")
-        return "\n".join((first, second, moved, *rest, *self.notes))
+        return "\n".join((self.advice.text, *self.notes))
 
     @property
     def json(self) -> dict[str, Any]:
         """As `polar-align --json` has it."""
-        registers = self.tracking.registers
-        one, other = _angles(self.advice)
-        names = ("raise", "east") if isinstance(self.advice, PolarAlignment) else ("north", "west")
+        advice, knobs = self.advice, self.advice.knobs
+        names = ("raise", "east") if isinstance(knobs, PolarAlignment) else ("north", "west")
+        angles = {f"{each}_arcsec": getattr(knobs, f"{each}_arcsec") for each in names}
+        sigmas = {f"{each}_sigma_arcsec": getattr(knobs, f"{each}_sigma_arcsec") for each in names}
+        registers = registers_of(self.estimate)
         return {
             "ok": True,
-            "stars": self.tracking.stars,
-            "off_arcsec": self.off_arcsec,
-            **{f"{name}_arcsec": angle[0] for name, angle in zip(names, (one, other), strict=True)},
-            **{f"{name}_sigma_arcsec": angle[1] for name, angle in zip(names, (one, other), strict=True)},
-            "field_east_arcsec": self.field_east_arcsec,
-            "field_north_arcsec": self.field_north_arcsec,
+            "step": advice.step,
+            "looks": len(self.estimate.looks),
+            "turns": self.estimate.turns,
+            "off_arcsec": advice.off_arcsec,
+            "sigma_arcsec": advice.sigma_arcsec,
+            **angles,
+            **sigmas,
+            "field": {name: getattr(advice.move, name) for name in vars(advice.move)},
             "mount_x_mas": round(registers.x_mas),
             "mount_y_mas": round(registers.y_mas),
             "advice": self.text.split("\n"),
@@ -116,21 +149,21 @@ class Aligning:
         Visits stars.
     witness : SkyWitness
         Says where it points.
-    pole : str
-        To which a polar axis shall point.
-    settle_s : float
-        Before a look.
+    settings : AlignmentSettings
+        How.
     """
 
     def __init__(
-        self, session: Session, observing: Observing, witness: SkyWitness, pole: Pole, settle_s: float
+        self, session: Session, observing: Observing, witness: SkyWitness, settings: AlignmentSettings
     ) -> None:
         self._session = session
         self._observing = observing
         self._witness = witness
-        self._pole = pole
-        self._settle_s = settle_s
+        self._settings = settings
         self._place: RunPlace | None = None
+        self._visited: list[RunPlace] = []
+        self._estimate = AxisEstimate(session.planner.mount)
+        self._synchronised = self._last_sync()
         self.states: list[AlignmentState] = []
 
     def begin(self, report: Callable[[str], object]) -> Steps[AlignmentState]:
@@ -141,127 +174,166 @@ class Aligning:
         Refused
             Not now, or too few stars were seen; says why.
         """
-        session = self._session
+        session, estimate, left = self._session, self._estimate, _TRIES
         session.require_free()
         session.synchronised()
-        seen: list[Observation] = []
         why = "nothing is reached"
-        for place in self._places():
-            try:
-                found = yield from self._observing.visit(place, self._witness, self._settle_s)
-            except _FAILURES as error:
-                why = str(error)
-                report(f"skipped: {why}")
-            else:
-                seen.append(found)
-                self._place = place
-                report(f"star {len(seen)} of {FEWEST} seen")
-            if len(seen) == FEWEST:
-                break
-        else:
-            session.stop()
-            raise Refused(f"{len(seen)} of {FEWEST} stars were seen, the last time: {why}")
-        run, sigma = self._run(*seen), max(each.sigma_arcsec for each in seen)
-        model = session.planner.mount.model
-        tracking = AxisTracking.of(run, sigma, model)
-        return self._told(tracking, run, self._assumptions(run, model))
+        while len(estimate.looks) < FEWEST and left > (0 if estimate.looks else _TRIES - _BLIND):
+            for place in self._telling(estimate, FEWEST - len(estimate.looks)):
+                left -= 1
+                try:
+                    seen = yield from self._visit(place)
+                    estimate = estimate.looked(self._look_of(seen))
+                except _FAILURES as error:
+                    why = str(error)
+                    report(f"skipped: {why}")
+                    break
+                report(f"star {len(estimate.looks)} of {FEWEST} seen")
+        if len(estimate.looks) < FEWEST:
+            if session.pursuit is not None:
+                session.stop()
+            raise Refused(f"{len(estimate.looks)} of {FEWEST} stars were seen, the last time: {why}")
+        return self._told(estimate, self._assumptions(estimate))
 
-    def look(self) -> Steps[AlignmentState]:
-        """Look at the star again, after the knobs were turned.
+    def look(self, report: Callable[[str], object], *, turned: bool, another: bool) -> Steps[AlignmentState]:
+        """Look at the star again after the knobs were turned, or at another one.
+
+        Parameters
+        ----------
+        report : callable
+            Told of a star that was skipped.
+        turned : bool
+            Whether the knobs were turned since the last look.
+        another : bool
+            Look at the star that tells most, not at the last one.
 
         Raises
         ------
         WitnessError
-            The witness sees nothing, or something that cannot be; look again.
+            The witness sees nothing, or something that cannot be; what is known is as before.
         Refused
-            The alignment has not begun, or not now.
+            The alignment has not begun, what it rests on has changed, or not now.
         """
-        session = self._session
-        if not self.states or self._place is None:
-            raise Refused("the alignment has not begun: it looks at three stars first")
-        if session.pursuit is None:
-            seen = yield from self._observing.visit(self._place, self._witness, self._settle_s)
+        self._require_same()
+        before = self._estimate
+        if turned:
+            before = before.turned(turns_of(self.states[-1].advice.knobs))
+        if another:
+            seen = yield from self._another(before, report)
+        elif self._session.pursuit is None:
+            seen = yield from self._visit(self._place or self._visited[-1])
         else:
-            name = session.pursuit.target.name
-            seen = yield from self._observing.look(name, self._witness, self._settle_s)
-        run = self._run(seen)
-        before = self.states[-1]
-        try:
-            tracking = before.tracking.knobs_turned().seen(run, seen.sigma_arcsec)
-        except PointingError as error:
-            raise WitnessError(str(error)) from error
-        return self._told(tracking, run, ())
+            name = self._session.pursuit.target.name
+            seen = yield from self._observing.look(name, self._witness, self._settings.settle_s)
+        return self._told(self._learned(before, seen), ())
 
-    def _told(self, tracking: AxisTracking, run: PointingRun, notes: tuple[str, ...]) -> AlignmentState:
-        advice = tracking.advice(self._pole, self._session.surroundings.air.weather)
-        (one, _), (other, _) = _angles(advice)
-        axes = float(run.axis1[-1]), float(run.axis2[-1])
-        if self.states and _off(advice) > _WORSE * self.states[-1].off_arcsec + 3.0 * max(_sigmas(advice)):
-            was, now = angle_text(self.states[-1].off_arcsec), angle_text(_off(advice))
-            notes = (*notes, f"axis 1 is {now} off and was {was} before: did a knob go the other way?")
-        state = AlignmentState(tracking, advice, *tracking.field_shift(*axes, one, other), notes)
+    @property
+    def registers(self) -> tuple[int, int]:
+        """`mount_x_mas` and `mount_y_mas` that hold the lean of axis 1 as it is.
+
+        Raises
+        ------
+        Refused
+            The alignment has not begun, or what it rests on has changed.
+        """
+        self._require_same()
+        found = registers_of(self._estimate)
+        return round(found.x_mas), round(found.y_mas)
+
+    def _require_same(self) -> None:
+        if not self.states:
+            raise Refused("the alignment has not begun: it looks at three stars first")
+        if self._session.planner.mount != self._estimate.mount:
+            raise Refused("the pointing model, the mount's registers or the instrument were changed: begin anew")
+        if self._last_sync() != self._synchronised:
+            raise Refused("the telescope was synchronised, so its readings mean something else now: begin anew")
+
+    def _last_sync(self) -> float | None:
+        known = self._session.store.synchronisations(1)
+        return known[0].time if known else None
+
+    def _telling(self, estimate: AxisEstimate, n: int) -> Sequence[RunPlace]:
+        """The places that tell most, of those where the telescope was not yet."""
+        session = self._session
+        places = spread_places(session.planner, CANDIDATES, session.clock.now(), _LASTS_S)
+        side = {self._place.posture} if self._place is not None else {each.posture for each in places}
+        left = [each for each in places if each.posture in side and each not in self._visited]
+        sigma = self._settings.scatter_arcsec + 1.0
+        return telling_places(session.planner, left, estimate, n, sigma * _ARCSEC)
+
+    def _visit(self, place: RunPlace) -> Steps[Observation]:
+        self._visited.append(place)
+        seen = yield from self._observing.visit(place, self._witness, self._settings.settle_s)
+        self._place = place
+        return seen
+
+    def _another(self, estimate: AxisEstimate, report: Callable[[str], object]) -> Steps[Observation]:
+        for left in reversed(range(_TRIES_ANOTHER)):
+            (place,) = self._telling(estimate, 1)
+            try:
+                return (yield from self._visit(place))
+            except _FAILURES as error:
+                report(f"skipped: {error}")
+                if not left:
+                    raise
+        raise AssertionError  # the last try returns or raises
+
+    def _learned(self, estimate: AxisEstimate, seen: Observation) -> AxisEstimate:
+        """Learn from what was seen.
+
+        Raises
+        ------
+        WitnessError
+            It cannot be.
+        """
+        look = self._look_of(seen)
+        if not estimate.belongs(look):
+            sigmas = math.sqrt(estimate.strangeness(look))
+            raise WitnessError(
+                f"the look is {sigmas:.0f} standard deviations from where the mount can point, and was not taken: it "
+                "saw another field, or something but the knobs has moved; look again, after a turn say that they "
+                "were turned, and where looks scatter give more with --scatter"
+            )
+        return estimate.looked(look)
+
+    def _look_of(self, seen: Observation) -> Look:
+        axis1, axis2 = (math.radians(angle) for angle in seen.axes_deg)
+        direction = from_azimuth_altitude(math.radians(seen.azimuth_deg), math.radians(seen.altitude_deg))
+        on_the_sky = math.hypot(seen.sigma_arcsec, self._settings.scatter_arcsec)
+        return Look(axis1, axis2, direction, on_the_sky * _ARCSEC / math.sqrt(2.0))
+
+    def _told(self, estimate: AxisEstimate, notes: tuple[str, ...]) -> AlignmentState:
+        settings, air = self._settings, self._session.surroundings.air.weather
+        advice = advise(estimate, settings.goal_arcsec, settings.pole, air)
+        state = AlignmentState(estimate, advice, notes)
+        self._estimate = estimate
         self.states.append(state)
         return state
 
-    def _places(self) -> tuple[RunPlace, ...]:
-        """The places to try, in the posture that has most of them: the best three, and others in their stead."""
-        session = self._session
-        planner = session.planner
-        places = spread_places(planner, _CANDIDATES, session.clock.now(), _LASTS_S)
-        places = max((tuple(place for place in places if place.posture == posture) for posture in POSTURES), key=len)
-        bare = replace(planner.mount, model=None)
-        axes = np.array([bare.axes(place.direction, place.posture) for place in places])
-        kind, latitude = planner.mount.type.kind, planner.mount.latitude
-        order = best_stars(kind, latitude, axes[:, 0], axes[:, 1], min(_TRIES, len(places)))[::-1]
-        first, spare = list(order[:FEWEST])[::-1], order[FEWEST:]
-        return tuple(places[i] for i in (*first, *spare))
-
-    def _run(self, *seen: Observation) -> PointingRun:
-        """Looks as fits read them, in the frame of the sky: whatever the mount's registers hold."""
-        mount = self._session.planner.mount
-        latitude_deg = math.degrees(mount.latitude)
-        return pointing_run(StoredRun("", seen[-1].time or 0.0, mount.type.kind, latitude_deg, {}, (), seen))
-
-    def _assumptions(self, run: PointingRun, model: PointingModel | None) -> tuple[str, ...]:
+    def _assumptions(self, estimate: AxisEstimate) -> tuple[str, ...]:
         """What the advice rests on, and by how much an error of collimation that nobody knows would spoil it."""
-        name = _COLLIMATION[run.mount]
+        mount = estimate.mount
+        name, model = _COLLIMATION[mount.type.kind], mount.model
         if model is not None and name in model.arcsec:
             return (f"{name} and the other terms of the pointing model in force are taken as they are",)
-        spoilt = AxisTracking.of(run, 1.0, PointingModel(run.mount, run.latitude, *_collimation(name, run.mount)))
-        plain = AxisTracking.of(run, 1.0)
-        apart = angle_text(math.dist(_turns(spoilt), _turns(plain)))
-        said = f"no {name} is known: {angle_text(_ASSUMED_ARCSEC)} of collimation would change this by {apart}"
+        apart = angle_text(harm_of_collimation(estimate))
+        unknown = f"no {name} is known: {angle_text(COLLIMATION_ARCSEC)}"
+        said = f"{unknown} of collimation would put axis 1 {apart} elsewhere"
         return (f"{said}; `pointing-run` finds it, and `[mount] pointing_model` puts it in force",)
 
 
-def _collimation(name: str, kind: MountKind) -> tuple[Any, tuple[float, ...]]:
-    from pointing.model.terms import terms  # noqa: PLC0415 - seldom needed
+def with_registers(session: Session, x_mas: int, y_mas: int) -> None:
+    """Point with other mount registers from now on, until the telescope is closed.
 
-    return terms([name], kind), (math.radians(_ASSUMED_ARCSEC / 3600.0),)
-
-
-def _turns(tracking: AxisTracking) -> tuple[float, float]:
-    (one, _), (other, _) = _angles(tracking.advice())
-    return one, other
-
-
-def _angles(advice: PolarAlignment | AxisTilt) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Both angles to turn with their standard deviations, arcseconds."""
-    if isinstance(advice, PolarAlignment):
-        return (
-            (advice.raise_arcsec, advice.raise_sigma_arcsec),
-            (advice.east_arcsec, advice.east_sigma_arcsec),
-        )
-    return (advice.north_arcsec, advice.north_sigma_arcsec), (advice.west_arcsec, advice.west_sigma_arcsec)
-
-
-def _sigmas(advice: PolarAlignment | AxisTilt) -> tuple[float, float]:
-    (_, one), (_, other) = _angles(advice)
-    return one, other
-
-
-def _off(advice: PolarAlignment | AxisTilt) -> float:
-    """Of axis 1 from where it shall point, on the sky, arcseconds."""
-    (one, _), (other, _) = _angles(advice)
-    across = math.cos(math.radians(advice.latitude_deg)) if isinstance(advice, PolarAlignment) else 1.0
-    return math.hypot(one, other * across)
+    Raises
+    ------
+    Refused
+        The telescope is slewing.
+    """
+    session.require_free(parked=True)
+    if session.pursuit is not None:
+        session.stop()
+    mount = session.planner.mount
+    x, y = (mas / 1000.0 * _ARCSEC for mas in (x_mas, y_mas))
+    session.planner.mount = replace(mount, x=x, y=y)
+    session.note("mount registers", f"mount_x_mas {x_mas}, mount_y_mas {y_mas}, by polar alignment")

@@ -1,18 +1,20 @@
 """An alignment under way, as a person has it in hand: turn the knobs, look, read what is left."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from clockdrive.aligning import Aligning, AlignmentState
-from clockdrive.control import Steps
+from clockdrive.aligning import Aligning, AlignmentSettings, AlignmentState, with_registers
+from clockdrive.control import Control, Steps
 from clockdrive.observing import Observing
-from clockdrive.pointing_runs import PointingRuns
 from clockdrive.session import Session
-from clockdrive.slewing import Slewing
 from clockdrive.witness import SkyWitness
-from pointing.model.words import Pole
+
+if TYPE_CHECKING:
+    from clockdrive.pointing_runs import PointingRuns
+    from clockdrive.slewing import Slewing
 
 Perform = Callable[[Steps[Any]], Any]
+Tell = Callable[[str], object]
 
 
 class Alignment:
@@ -24,45 +26,84 @@ class Alignment:
 
     Parameters
     ----------
+    session : Session
+        Whose telescope.
     aligning : Aligning
         Does the work.
+    control : Control
+        Runs it.
     perform : callable
         Runs its steps.
+    report : callable
+        Told of each star.
     """
 
-    def __init__(self, aligning: Aligning, perform: Perform) -> None:
-        self._aligning = aligning
-        self._perform = perform
+    def __init__(
+        self, session: Session, aligning: Aligning, control: Control, perform: Perform, report: Tell
+    ) -> None:
+        self._session, self._aligning = session, aligning
+        self._control, self._perform, self._report = control, perform, report
 
     @classmethod
     def begun(
         cls,
         session: Session,
-        slewing: Slewing,
-        runs: PointingRuns,
+        slewing: "Slewing",
+        runs: "PointingRuns",
         witness: SkyWitness,
-        pole: Pole,
-        settle_s: float,
+        settings: AlignmentSettings,
+        control: Control,
         perform: Perform,
-        report: Callable[[str], object],
+        report: Tell,
     ) -> "Alignment":
         """Look at three stars, and begin with what they tell."""
-        aligning = Aligning(session, Observing(session, slewing, runs.store), witness, pole, settle_s)
+        observing = Observing(session, slewing, runs.store)
+        aligning = control.call(lambda: Aligning(session, observing, witness, settings))
         perform(aligning.begin(report))
-        return cls(aligning, perform)
+        return cls(session, aligning, control, perform, report)
 
-    def look(self) -> AlignmentState:
-        """Look again, after the knobs were turned; return what is left.
+    def look(self, *, turned: bool = True, another: bool = False) -> AlignmentState:
+        """Look again; return what is left.
+
+        Parameters
+        ----------
+        turned : bool
+            Whether the knobs were turned since the last look.
+        another : bool
+            Go to the star that tells most first; by default the telescope stays where it is.
 
         Raises
         ------
         WitnessError
             The witness sees nothing, or something that cannot be: look again.
         Refused
+            Not now, or what the alignment rests on has changed.
+        """
+        state: AlignmentState = self._perform(self._aligning.look(self._report, turned=turned, another=another))
+        return state
+
+    def write_mount(self) -> tuple[int, int]:
+        """Point with the lean of axis 1 as it is, instead of turning knobs, until the telescope is closed.
+
+        The telescope stops; `sync` on a star afterwards, for what is left is an index error.
+
+        Returns
+        -------
+        tuple of int
+            `[mount] mount_x_mas` and `mount_y_mas`, whole, which put it in force for good.
+
+        Raises
+        ------
+        Refused
             Not now.
         """
-        state: AlignmentState = self._perform(self._aligning.look())
-        return state
+
+        def write() -> tuple[int, int]:
+            x_mas, y_mas = self._aligning.registers
+            with_registers(self._session, x_mas, y_mas)
+            return x_mas, y_mas
+
+        return self._control.call(write)
 
     @property
     def states(self) -> tuple[AlignmentState, ...]:

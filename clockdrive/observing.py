@@ -304,6 +304,7 @@ class Observing:
             "pointing_model_arcsec": None if mount.model is None else mount.model.arcsec,
             "offset_east_arcsec": east,
             "offset_north_arcsec": north,
+            "zero": vars(store.zero()),
         }
 
     def _off(self, seen: Observation) -> str:

@@ -1,7 +1,7 @@
 """The pointing runs of a telescope as a person uses them: list, look, fit, mask, import, export. Nothing moves."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -11,6 +11,7 @@ from clockdrive.errors import InputError
 from clockdrive.fitting import Wanted
 from clockdrive.run_report import RunReport, pointing_run, report_of, stored_of, worst
 from clockdrive.run_store import RunStore, StoredRun
+from clockdrive.state import StateStore, Zero
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.tpoint_file import write_tpoint
@@ -29,11 +30,19 @@ class PointingRuns:
         Where they are kept.
     registers : tuple of float
         The mount registers X and Y in force, radians; models come on top of them.
+    zero : callable
+        Tells what axis angles are counted from now; by default as when a run's last star was seen.
     """
 
-    def __init__(self, store: RunStore, registers: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self,
+        store: RunStore,
+        registers: tuple[float, float] = (0.0, 0.0),
+        zero: Callable[[], Zero | None] = lambda: None,
+    ) -> None:
         self.store = store
         self._registers = registers
+        self._zero = zero
 
     @classmethod
     def of(cls, configuration: Configuration) -> Self:
@@ -47,7 +56,12 @@ class PointingRuns:
         store = RunStore(configuration.state_directory, configuration.identity)
         mount = configuration.mount
         x, y = (mas * 1e-3 * _ARCSEC for mas in (mount.mount_x_mas, mount.mount_y_mas))
-        return cls(store, (x, y))
+
+        def zero() -> Zero:
+            with StateStore(configuration.state_directory, configuration.identity) as state:
+                return state.zero()
+
+        return cls(store, (x, y), zero)
 
     def __enter__(self) -> Self:
         return self
@@ -72,7 +86,7 @@ class PointingRuns:
 
     def observations(self, name: str | None = None) -> PointingRun:
         """What fits read of a run, by default the newest."""
-        return pointing_run(self.store.read(name), self._registers)
+        return pointing_run(self.store.read(name), self._registers, self._zero())
 
     def report(self, name: str | None = None, wanted: Wanted | None = None) -> RunReport:
         """Fit a run, by default the newest with the terms that it asks for.
@@ -82,7 +96,7 @@ class PointingRuns:
         InputError, TooFewStars, PointingError
             There is none; it cannot be fitted.
         """
-        return report_of(self.store.read(name), self._registers, wanted)
+        return report_of(self.store.read(name), self._registers, wanted, self._zero())
 
     def mask(self, name: str, indices: Sequence[int], reason: str = "by hand") -> None:
         """Let observations, counted from 0, take no part in fits."""

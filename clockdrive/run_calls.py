@@ -14,9 +14,9 @@ _OPTIONS = {"run": "name", **{name: name for name in ("stars", "witness", "resum
 
 
 def run_calls(telescope: "Telescope") -> dict[str, Call]:
-    """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here.
+    """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here, and `use_model`.
 
-    `reply` answers what it asks.
+    `reply` answers what a run asks. `use_model` takes the path of a model file, or None.
     """
 
     def pointing_run(args: dict[str, Any], emit: Emit) -> object:
@@ -25,7 +25,11 @@ def run_calls(telescope: "Telescope") -> dict[str, Call]:
             **given, watch=lambda progress: emit(_told(progress)), ask=lambda what: emit({"ask": what})
         ).json
 
-    return {"pointing_run": pointing_run}
+    def use_model(args: dict[str, Any], _: Emit) -> object:
+        telescope.use_model(args["model"])
+        return {"ok": True}
+
+    return {"pointing_run": pointing_run, "use_model": use_model}
 
 
 def _told(progress: "RunProgress") -> dict[str, object]:

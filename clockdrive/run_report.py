@@ -17,6 +17,7 @@ from clockdrive.answers import utc
 from clockdrive.errors import ClockdriveError
 from clockdrive.fitting import Fitted, Wanted, fit_run
 from clockdrive.run_store import Observation, StoredRun
+from clockdrive.state import Zero
 from pointing.model.cross_validation import cv_sky_rms_arcsec
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
@@ -55,6 +56,8 @@ class RunReport:
         Sky RMS of patches of the sky predicted by a fit of all others: what blind pointing will be like.
     before_arcsec : float
         Sky RMS with the zero points of the axes alone.
+    notes : tuple of str
+        What losses of the position mean for this run, a sentence each.
     """
 
     stored: StoredRun
@@ -62,6 +65,7 @@ class RunReport:
     fitted: Fitted
     cross_validation_arcsec: float
     before_arcsec: float
+    notes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -89,6 +93,7 @@ class RunReport:
             said.append(f"{self.fit.n} stars tell little apart: append {_FEW - self.fit.n} or more")
         if self.stored.skipped:
             said.append(f"{len(self.stored.skipped)} places were skipped; `pointing-run show {self.name}` says why")
+        said += self.notes
         write = f"`pointing-run fit {self.name} -o model.mod`"
         said.append(f"{write} writes the model, which `[mount] pointing_model` puts in force")
         return tuple(said)
@@ -135,7 +140,10 @@ class RunReport:
 
 
 def report_of(
-    stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0), wanted: Wanted | None = None
+    stored: StoredRun,
+    registers: tuple[float, float] = (0.0, 0.0),
+    wanted: Wanted | None = None,
+    zero: Zero | None = None,
 ) -> RunReport:
     """Fit a kept run.
 
@@ -147,6 +155,8 @@ def report_of(
         The mount registers X and Y on which the model shall come, radians.
     wanted : Wanted, optional
         Which terms, and how; by default they are chosen, and what does not belong is masked.
+    zero : Zero, optional
+        What axis angles are counted from today, as for `pointing_run`.
 
     Raises
     ------
@@ -155,7 +165,7 @@ def report_of(
     PointingError
         A fit of it would mean nothing; says what is wrong.
     """
-    run = pointing_run(stored, registers)
+    run = pointing_run(stored, registers, zero)
     kept = int(np.count_nonzero(run.kept))
     if kept < FEWEST:
         raise TooFewStars(
@@ -167,19 +177,29 @@ def report_of(
     return RunReport(
         stored, run, fitted,
         cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
+        _notes(stored, zero),
     )  # fmt: skip
 
 
-def pointing_run(stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0)) -> PointingRun:
+def pointing_run(
+    stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0), zero: Zero | None = None
+) -> PointingRun:
     """The observations of a kept run as fits read them, masked ones included.
 
-    Those made before the last sync are masked: their counts mean other angles.
+    Angles are brought onto the zero points of today, by what syncs have moved them since. Where the position was lost
+    in between nothing is known of that: then those of the last observation serve, and what was observed before such a
+    loss is masked.
     """
     mount = Mount(_TYPES[stored.mount], math.radians(stored.latitude_deg), *registers)
     seen = stored.observations
+    zeros = [zero_of(each) for each in seen]
+    today = _reference(zeros, zero)
     star1, star2 = np.array([mount.axes(_direction(each), "normal") for each in seen]).reshape(-1, 2).T
-    axis1, axis2 = np.radians([each.axes_deg for each in seen]).reshape(-1, 2).T
-    last = max((each.synchronised for each in seen if each.synchronised is not None), default=None)
+    moved = [_moved(each, today) for each in zeros]
+    axis1, axis2 = (
+        np.radians([np.add(each.axes_deg, by) for each, by in zip(seen, moved, strict=True)]).reshape(-1, 2).T
+    )
+    known = [each is None or each.lost == today.lost for each in zeros]
     return PointingRun(
         stored.mount,
         mount.latitude,
@@ -187,12 +207,47 @@ def pointing_run(stored: StoredRun, registers: tuple[float, float] = (0.0, 0.0))
         star2,
         axis1,
         axis2,
-        kept=np.array([not each.masked and each.synchronised == last for each in seen], bool),
+        kept=np.array([not each.masked and counts for each, counts in zip(seen, known, strict=True)], bool),
         time=np.array([math.nan if each.time is None else each.time for each in seen], float),
         caption=stored.name,
         date=datetime.fromtimestamp(stored.began, UTC).date(),
         weather=_weather(seen),
     )
+
+
+def zero_of(seen: Observation) -> Zero | None:
+    """What the angles of an observation are counted from; None of a run from elsewhere, which nothing moves."""
+    row = seen.in_force.get("zero")
+    return None if row is None else Zero(int(row["lost"]), (float(row["moved_deg"][0]), float(row["moved_deg"][1])))
+
+
+def _reference(zeros: Sequence[Zero | None], today: Zero | None) -> Zero:
+    """Today's zero points where the run can be brought onto them, else those of its last observation."""
+    known = [each for each in zeros if each is not None]
+    if not known or (today is not None and any(each.lost == today.lost for each in known)):
+        return today or Zero()
+    return known[-1]
+
+
+def _notes(stored: StoredRun, today: Zero | None) -> tuple[str, ...]:
+    """What losses of the position mean for a fit."""
+    zeros = [zero_of(each) for each in stored.observations]
+    reference = _reference(zeros, today)
+    before = sum(each is not None and each.lost != reference.lost for each in zeros)
+    said = []
+    if before:
+        said.append(f"{before} stars take no part: seen before the position was lost, their angles mean other places")
+    if today is not None and today.lost != reference.lost:
+        said.append("the position was lost after this run: put its model in force, then `sync` on a star")
+    return tuple(said)
+
+
+def _moved(then: Zero | None, today: Zero) -> tuple[float, float]:
+    """By how much syncs have moved the angles since, degrees."""
+    if then is None or then.lost != today.lost:
+        return 0.0, 0.0
+    one, two = (now - before for now, before in zip(today.moved_deg, then.moved_deg, strict=True))
+    return one, two
 
 
 def worst(report: RunReport, count: int = 1) -> tuple[int, ...]:

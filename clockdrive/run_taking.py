@@ -54,11 +54,11 @@ class RunTaking:
             raise Refused(f"targets are put {off:.3f}° beside the tube's axis: choose an instrument at 0, 0 first")
         if resume:
             return store.read(name).name
-        places = self._places(stars, bright=bright)
         if append:
-            found = store.read(name).name
-            store.append(found, places)
-            return found
+            found = store.read(name)
+            store.append(found.name, self._places(stars, bright=bright, other=len(found.places)))
+            return found.name
+        places = self._places(stars, bright=bright)
         now, mount = session.clock.now(), session.planner.mount
         name = name or utc(now)[:19]
         settings = {"stars": stars, "witness": witness, "bright": bright}
@@ -66,14 +66,14 @@ class RunTaking:
         store.begin(StoredRun(name, now, mount.type.kind, math.degrees(mount.latitude), settings, placed, ()))
         return name
 
-    def _places(self, stars: int, *, bright: bool) -> tuple[RunPlace, ...]:
+    def _places(self, stars: int, *, bright: bool, other: int = 0) -> tuple[RunPlace, ...]:
         session = self._session
         planner, now = session.planner, session.clock.now()
         lasts = stars * _EACH_S
         places = (
-            star_places(planner, stars, now, lasts, bright_stars())
+            star_places(planner, stars, now, lasts, bright_stars(), other)
             if bright
-            else spread_places(planner, stars, now, lasts)
+            else spread_places(planner, stars, now, lasts, other)
         )
         one, two = (
             model.max_rate / abs(axis.gearing.counts_per_radian)

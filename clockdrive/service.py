@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from clockdrive.alignment_calls import alignment_calls
 from clockdrive.commission.calls import commission_calls
 from clockdrive.drive_registers import drive_calls
 from clockdrive.errors import InputError
@@ -30,6 +31,7 @@ class Service:
     def __init__(self, telescope: Telescope) -> None:
         self._telescope = telescope
         self._calls: dict[str, Callable[[dict[str, Any], Emit], object]] = {
+            **alignment_calls(telescope),
             "centre": self._centre,
             **commission_calls(telescope),
             "clear": lambda args, _: _done(lambda: telescope.clear(args["correction"])),

@@ -68,6 +68,22 @@ class Synchronisation:
 
 
 @dataclass(frozen=True)
+class Zero:
+    """What axis angles are counted from.
+
+    Parameters
+    ----------
+    lost : int
+        How often the position was lost and declared anew: across that, angles have nothing to do with each other.
+    moved_deg : tuple of float
+        By how much syncs have moved both axes since: an older reading says this much less for the same place.
+    """
+
+    lost: int = 0
+    moved_deg: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Correction:
     """A named correction in force."""
 
@@ -162,9 +178,20 @@ class StateStore:
             return Position(time, (c1, c2), (u1, u2), why)
         return None
 
-    def record_synchronisation(self, synchronisation: Synchronisation) -> None:
-        """Add to the history of synchronisations; it becomes the last position, synchronised."""
+    def record_synchronisation(
+        self, synchronisation: Synchronisation, moved_deg: tuple[float, float] | None = None
+    ) -> None:
+        """Add to the history of synchronisations; it becomes the last position, synchronised.
+
+        `moved_deg` is by how much it moves the angles of both axes; None where the position was not known before.
+        """
         counts, time = synchronisation.counts, synchronisation.time
+        before = self.zero()
+        zero = (
+            Zero(before.lost + 1)
+            if moved_deg is None
+            else Zero(before.lost, (before.moved_deg[0] + moved_deg[0], before.moved_deg[1] + moved_deg[1]))
+        )
         with self._file.transaction(durable=True):
             self._file.execute(
                 "INSERT INTO synchronisations (telescope, time, counts1, counts2, uncertainty_arcsec, origin) "
@@ -174,6 +201,15 @@ class StateStore:
             self._file.execute(
                 "INSERT OR REPLACE INTO positions VALUES (?, ?, ?, ?, 0, 0, '')", (self.telescope, time, *counts)
             )
+            self._put_note("zero", vars(zero), time)
+
+    def zero(self) -> Zero:
+        """What axis angles are counted from now."""
+        row = self._noted("zero")
+        if not isinstance(row, dict):
+            return Zero()
+        one, two = row["moved_deg"]
+        return Zero(int(row["lost"]), (float(one), float(two)))
 
     def synchronisations(self, limit: int = 20) -> tuple[Synchronisation, ...]:
         """The last synchronisations, newest first."""
@@ -254,6 +290,23 @@ class StateStore:
         name = self._noted("instrument")
         return name if isinstance(name, str) else None
 
+    # Which pointing model was put in force by hand
+
+    def record_model(self, which: str, time: float) -> None:
+        """Remember that a pointing model was put in force: `kept`, the one in its file, or `none`."""
+        self._note("pointing model", which, time, durable=True)
+
+    def model(self) -> str | None:
+        """What was put in force in place of the configured pointing model; None where that is in force."""
+        which = self._noted("pointing model")
+        return which if isinstance(which, str) else None
+
+    def clear_model(self) -> None:
+        """Let the configured pointing model be in force again."""
+        self._file.write(
+            "DELETE FROM notes WHERE telescope = ? AND name = 'pointing model'", (self.telescope,), durable=True
+        )
+
     # What was learnt of the drive, and the simulator's own memory
 
     def learn(self, name: str, values: Mapping[str, object], time: float) -> None:
@@ -306,10 +359,13 @@ class StateStore:
         )
 
     def _note(self, name: str, value: object, time: float, *, durable: bool) -> None:
-        self._file.write(
-            "INSERT OR REPLACE INTO notes VALUES (?, ?, ?, ?)",
-            (self.telescope, name, json.dumps(value), time),
-            durable=durable,
+        with self._file.transaction(durable=durable):
+            self._put_note(name, value, time)
+
+    def _put_note(self, name: str, value: object, time: float) -> None:
+        """Write a note within a transaction."""
+        self._file.execute(
+            "INSERT OR REPLACE INTO notes VALUES (?, ?, ?, ?)", (self.telescope, name, json.dumps(value), time)
         )
 
     def _noted(self, name: str) -> object:

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from clockdrive import assembly, parse
+from clockdrive import assembly, model_in_force, parse
 from clockdrive.adjusting import Adjusting
 from clockdrive.answers import (
     Answer,
@@ -512,7 +512,14 @@ class Telescope:
 
     def clear(self, correction: str) -> None:
         """Remove a correction by its name in `status`, or both of a kind: `offset`, `guide`, `centre`."""
-        self._control.call(lambda: self._adjusting.clear(correction))
+
+        def clear() -> None:
+            if correction == model_in_force.NAME and self._model.by_hand:
+                self._model.clear()
+            else:
+                self._adjusting.clear(correction)
+
+        self._control.call(clear)
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or send the drive to standby; standby stops the telescope first."""
@@ -585,6 +592,8 @@ class Telescope:
         witness: "str | SkyWitness" = "simulator",
         *,
         pole: "Pole" = "true",
+        goal_arcsec: float = 20.0,
+        scatter_arcsec: float = 1.0,
         settle_s: float = 1.0,
         report: Callable[[str], object] = lambda text: None,  # noqa: ARG005 - nobody reads
         ask: Callable[[str], object] = print,
@@ -597,6 +606,10 @@ class Telescope:
             As for `pointing_run`.
         pole : str
             To which a polar axis shall point: the `true` pole, or the `refracted` one.
+        goal_arcsec : float
+            How near is near enough.
+        scatter_arcsec : float
+            What a look scatters beyond what its witness says: periodic error, flexure without a model.
         report : callable
             Told of each star.
 
@@ -605,26 +618,37 @@ class Telescope:
         Refused, WitnessError
             Not now; too few stars were seen.
         """
-        from clockdrive.alignment import Alignment  # noqa: PLC0415 - as in `runs`
+        from clockdrive.aligning import AlignmentSettings  # noqa: PLC0415 - as in `runs`
+        from clockdrive.alignment import Alignment  # noqa: PLC0415 - likewise
 
         seer = self._sky_witness(witness, ask)
-        settle = finite("settling for", settle_s, "seconds")
-        return Alignment.begun(self._session, self._slewing, self.runs, seer, pole, settle, self._perform, report)
+        settings = AlignmentSettings(
+            pole,
+            finite("a goal of", goal_arcsec, "arcseconds"),
+            finite("a scatter of", scatter_arcsec, "arcseconds"),
+            finite("settling for", settle_s, "seconds"),
+        )
+        return Alignment.begun(
+            self._session, self._slewing, self.runs, seer, settings, self._control, self._perform, report
+        )
 
-    def use_model(self, model: "Fit | PointingModel | str | Path | None") -> None:
-        """Point with another pointing model from now on, until this telescope is closed.
+    def use_model(self, model: "Fit | PointingModel | RunReport | str | Path | None") -> None:
+        """Point with another pointing model from now on, beyond the end of this process; `status` names it.
+
+        A sync that comes after it changes the index of the axes alone. `clear("pointing model")` ends it, and the
+        one of `[mount] pointing_model` is in force again.
 
         Parameters
         ----------
-        model : Fit, PointingModel, path or None
-            The model, or a file of one; None for none. `[mount] pointing_model` puts one in force for good.
+        model : RunReport, Fit, PointingModel, path or None
+            The model, or a file of one; None for none.
 
         Raises
         ------
         Refused, PointingError
             The telescope is not at rest; it is no model of this mount.
         """
-        self._control.call(lambda: self._adjusting.use_model(model))
+        self._control.call(lambda: self._model.use(model))
 
     # Commissioning ---------------------------------------------------------------------------------------------
 
@@ -707,6 +731,8 @@ class Telescope:
                 self._instruments.take(chosen)
             around = assembly.surroundings(self.configuration, planner, self.clock)
             session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
+            self._model = model_in_force.ModelInForce(session, configuration.state_directory)
+            self._model.take_up()
             session.open(make_safe=self.ownership.previous_owner_died)
         except BaseException:
             self._store.close()

@@ -150,6 +150,12 @@ class TrueMount:
         then = rotation(-second, 0.0, 0.0) if self._altazimuth else rotation(0.0, 0.0, -second)
         self._tilt = self._horizon.T @ then @ up @ self._horizon @ self._tilt
 
+    @property
+    def pole(self) -> Direction:
+        """Where axis 1 really points, its end of increasing axis 2; x south, y east, z zenith."""
+        x, y, z = (float(component) for component in self._horizon @ self._tilt[:, 2])
+        return x, y, z
+
     def _droop(self, x: float, y: float, z: float) -> Direction:
         """Move the direction away from the zenith by TF sin Z."""
         across = sqrt(x * x + y * y)

@@ -191,6 +191,23 @@ class Mount:
         along, across = math.cos(self.origin_x), math.sin(self.origin_x)
         return math.atan2(math.hypot(across, along * math.sin(self.origin_y)), along * math.cos(self.origin_y))
 
+    @property
+    def frame(self) -> Rows:
+        """Axes of the mount's own frame in the horizon frame, by (X, Y) and the model's tilt; the last is axis 1."""
+        rows = _transposed(_rodrigues(self.x, self.y))
+        if self.type is not MountType.ALTAZ_FORK:
+            rows = _product(rows, _equator_from_horizon(self.latitude))
+        if self.model is not None:
+            from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
+
+            rows = _product(_transposed(rigid_part(self.model).tilt), rows)
+        return rows
+
+    @property
+    def pole(self) -> Vector:
+        """Where axis 1 points, horizon frame: its end of increasing axis 2."""
+        return self.frame[2]
+
     def axes(self, observed: Vector, posture: Posture) -> tuple[float, float]:
         """Mechanical axis angles that bring the pointing origin on an observed direction.
 

@@ -62,7 +62,9 @@ class RunPlace:
         return from_azimuth_altitude(self.azimuth, self.altitude)
 
 
-def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0) -> tuple[RunPlace, ...]:
+def spread_places(
+    geometry: Geometry, n: int, time: float, lasts_s: float = 0.0, other: int = 0
+) -> tuple[RunPlace, ...]:
     """Spread n places evenly over the sky that the telescope reaches, in both postures where it has them.
 
     Parameters
@@ -73,6 +75,8 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
         How many.
     time, lasts_s : float
         POSIX seconds of the beginning, and for how long no place may come near the Sun.
+    other : int
+        Each number gives other places: for a run that has some already.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
         raise PointingError(f"a run of {n} places: 1 to {MOST_PLACES} are possible")
     suns = _suns(geometry, time, lasts_s)
     points = math.ceil(n / len(POSTURES))
-    while len(found := list(_reached(geometry, points, suns))) < n:
+    while len(found := list(_reached(geometry, points, suns, other))) < n:
         growth = _CAUTION * n / max(len(found), 1)
         points = max(points + 1, int(points * min(growth, _GROWTH)))
         if points > _FINEST * n:
@@ -95,7 +99,7 @@ def spread_places(geometry: Geometry, n: int, time: float, lasts_s: float = 0.0)
 
 
 def star_places(
-    geometry: Geometry, n: int, time: float, lasts_s: float, stars: Iterable[Star]
+    geometry: Geometry, n: int, time: float, lasts_s: float, stars: Iterable[Star], other: int = 0
 ) -> tuple[RunPlace, ...]:
     """Choose those of some stars that are nearest to n places spread evenly, each once.
 
@@ -116,7 +120,7 @@ def star_places(
         if _is_reached(geometry, direction, posture, suns)
     ]
     chosen: list[RunPlace] = []
-    for place in spread_places(geometry, n, time, lasts_s):
+    for place in spread_places(geometry, n, time, lasts_s, other):
         free = [each for each in candidates if each.posture == place.posture and each not in chosen]
         if free:
             chosen.append(min(free, key=lambda each: separation(each.direction, place.direction)))
@@ -176,14 +180,14 @@ def _suns(geometry: Geometry, time: float, lasts_s: float) -> tuple[Vector, ...]
     return tuple(geometry.sky.at(Instant.from_posix(time + part * lasts_s)).sun() for part in (0.0, 0.5, 1.0))
 
 
-def _reached(geometry: Geometry, points: int, suns: Sequence[Vector]) -> Iterator[RunPlace]:
+def _reached(geometry: Geometry, points: int, suns: Sequence[Vector], other: int) -> Iterator[RunPlace]:
     shaken = _SHAKEN * math.sqrt(math.tau / points)
     for turn, posture in enumerate(POSTURES):
-        chance = random.Random(f"{points} {posture}")  # noqa: S311 - the same every time
+        chance = random.Random(f"{points} {posture} {other}")  # noqa: S311 - the same every time
         for i in range(points):
             z = (i + 0.5 + chance.uniform(-_SHAKEN, _SHAKEN)) / points
             aside = chance.uniform(-shaken, shaken) / math.sqrt(1.0 - z * z)
-            azimuth = math.remainder((i + 0.5 * turn) * _GOLDEN + aside, math.tau)
+            azimuth = math.remainder((i + 0.5 * turn) * _GOLDEN + other + aside, math.tau)
             direction = from_azimuth_altitude(azimuth, math.asin(z))
             if _is_reached(geometry, direction, posture, suns):
                 yield RunPlace(*azimuth_altitude(direction), posture)

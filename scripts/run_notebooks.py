@@ -149,6 +149,11 @@ def outputs_of(notebook: nbformat.NotebookNode) -> list[tuple[int, Any]]:
     return found
 
 
+def processor_s() -> float:
+    """Processor time of the kernels that have ended, seconds; 0 on Windows."""
+    return os.times().children_user + os.times().children_system
+
+
 def main(arguments: list[str]) -> int:
     """Execute and write, or check, the notebooks named, else all; return the exit code."""
     check = "--check" in arguments
@@ -157,13 +162,14 @@ def main(arguments: list[str]) -> int:
     failed = 0
     for path in paths:
         kept = nbformat.read(path, as_version=4)
-        began = time.perf_counter()
+        began, used = time.perf_counter(), processor_s()
         fresh = executed(kept, path.parent)
-        seconds = time.perf_counter() - began
+        seconds, of_processor = time.perf_counter() - began, processor_s() - used
         wrong = [*faults(fresh), *(differences(kept, fresh) if check else ())]
         if not check:
             path.write_text(nbformat.writes(fresh) + "\n", encoding="utf-8")
-        print(f"{path.name}: {seconds:.1f} s, {len(nbformat.writes(fresh)) / 1000:.0f} kB", *wrong, sep="\n  ")
+        size = len(nbformat.writes(fresh)) / 1000.0
+        print(f"{path.name}: {seconds:.1f} s, {of_processor:.1f} s of a processor, {size:.0f} kB", *wrong, sep="\n  ")
         failed += bool(wrong)
     if failed and check:
         print("run python -m scripts.run_notebooks, and look at what has changed")

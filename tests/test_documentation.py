@@ -34,10 +34,19 @@ def blocks(language: str) -> list[pytest.param]:
     ]
 
 
-def test_the_tables_of_the_pages_are_those_of_the_code():
-    command = [sys.executable, "-m", "scripts.docs_tables", "--check"]
+@pytest.mark.parametrize("script", ["docs_tables", "chain_drawing", "example_runs"])
+def test_what_the_pages_show_of_the_code_is_that_of_the_code(script):
+    command = [sys.executable, "-m", f"scripts.{script}", "--check"]
     run = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, check=False, timeout=60)
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_every_picture_is_shown_and_small():
+    shown = [name for page in PAGES for name in re.findall(r"!\[[^\]]+\]\(pictures/(.+?)\)", page.read_text("utf-8"))]
+    pictures = {path.name: path.stat().st_size for path in (CHECKOUT / "docs" / "pictures").iterdir()}
+    print(pictures)
+    assert sorted(shown) == sorted(pictures)
+    assert max(pictures.values()) < 100_000
 
 
 def test_the_published_fits_of_the_page_are_those_measured(shared):

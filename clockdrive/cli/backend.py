@@ -14,7 +14,10 @@ from transports.errors import TransportError
 if TYPE_CHECKING:
     from clockdrive.telescope import Telescope
 
-_MOVING = frozenset({"centre", "drive_at", "flip", "goto", "home", "instrument", "jog", "park", "pointing_run"})
+_MOVING = frozenset(
+    {"centre", "drive_at", "flip", "goto", "home", "instrument", "jog", "park", "pointing_run"}
+    | {"polar_begin", "polar_look"}
+)
 
 OnEvent = Callable[[Mapping[str, Any]], object]
 

@@ -14,6 +14,7 @@ from clockdrive.cli.commission_command import commission
 from clockdrive.cli.drive_command import drive
 from clockdrive.cli.fit_command import fit, model
 from clockdrive.cli.pointing_run_command import pointing_run
+from clockdrive.cli.polar_align_command import polar_align
 from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
 from clockdrive.errors import InputError, Refused
 
@@ -366,6 +367,7 @@ COMMANDS: dict[str, Command] = {
     "passes": passes,
     "plan": plan,
     "pointing-run": pointing_run,
+    "polar-align": polar_align,
     "rates": rates,
     "report": report,
     "run": run,

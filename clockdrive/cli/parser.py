@@ -8,6 +8,7 @@ from clockdrive.cli.commission_command import add_commission
 from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
 from clockdrive.cli.pointing_run_command import add_pointing_run
+from clockdrive.cli.polar_align_command import add_polar_align
 from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     _guiding(add)
     add_fit(add)
     add_pointing_run(add)
+    add_polar_align(add)
     _serving(add)
     _around(add)
     return root

@@ -2,10 +2,12 @@
 
 import argparse
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
@@ -48,11 +50,13 @@ def add_pointing_run(add: Adder) -> None:
         metavar="NAME | I,J | FILE",
         help="the run; for mask and unmask the observations as well, counted from 0; for import and export the file",
     )
+    command.add_argument("--name", metavar="NAME", help="of the run to take, resume or append to")
     command.add_argument("--stars", type=int, default=50, metavar="N", help="how many (default 50)")
     command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {_WITNESSES}")
     command.add_argument("--bright", action="store_true", help="go to bright stars, not to places of the sky")
     command.add_argument("--settle", type=float, default=1.0, metavar="S", help="seconds before a look (default 1)")
     command.add_argument("--count", type=int, default=1, metavar="N", help="how many of the worst to mask")
+    command.add_argument("--apply", action="store_true", help="point with the fitted model from now on")
     command.add_argument("--reason", default="", help="why observations are masked")
     add_file_options(command)
     add_fit_options(command)
@@ -70,7 +74,7 @@ def pointing_run(args: argparse.Namespace) -> None:
 
 
 def _take(args: argparse.Namespace) -> None:
-    name = _one(args.words, "a name")
+    name = _one([*args.words, *([args.name] if args.name else [])], "a name")
     refuse_unwritable(args)
     wanted = _wanted(args)
     with backend(args.config, "pointing-run") as telescope:
@@ -206,12 +210,29 @@ def _wanted(args: argparse.Namespace) -> "Wanted | None":
 
 
 def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
+    if args.apply:
+        _apply(args, report)
     if args.json:
         display.as_json({**report.json, "written": list(write_results(args, report.fit))})
         return
     print(spoken(report.text), flush=True)
     for name in write_results(args, report.fit):
         print(f"written: {name}", flush=True)
+    if args.apply:
+        print(
+            "the telescope points with this model now; `clockdrive offset clear pointing model` ends that", flush=True
+        )
+
+
+def _apply(args: argparse.Namespace, report: "RunReport") -> None:
+    """Put the model of a fit in force."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        backend(args.config, "pointing-run", keep_tracking=True) as telescope,
+    ):
+        file = Path(folder) / "model.mod"
+        report.fit.save(file)
+        telescope.call("use_model", model=str(file))
 
 
 def _done(args: argparse.Namespace, runs: "PointingRuns", name: str) -> None:

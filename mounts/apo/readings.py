@@ -21,7 +21,7 @@ _WHOLE = re.compile(r"[+-]?\d+")
 _VERSIONS = re.compile(r"axis code:\s*(?P<code>.*?),?\s*axis\.ini version\s*(?P<ini>.*)", re.IGNORECASE)
 _EDGES: tuple[Literal["rising", "falling"], ...] = ("rising", "falling")
 _DUMP_COLUMNS = 6
-_TIME_DIGIT, _VELOCITY_DIGIT, _POSITION_DIGIT = 1e-3, 1e-5, 1e-6
+TIME_DIGIT_S, _VELOCITY_DIGIT, _POSITION_DIGIT = 1e-3, 1e-5, 1e-6
 
 
 @dataclass(frozen=True)
@@ -170,9 +170,9 @@ def continues(earlier: Drift, later: Drift, max_acceleration: float) -> bool:
     mean = (later.velocity_deg_s + earlier.velocity_deg_s) / 2.0
     fastest = max(abs(later.velocity_deg_s), abs(earlier.velocity_deg_s))
     off = abs(later.position_deg - earlier.position_deg - mean * elapsed)
-    printed = _TIME_DIGIT * fastest + _VELOCITY_DIGIT * elapsed + _POSITION_DIGIT
+    printed = TIME_DIGIT_S * fastest + _VELOCITY_DIGIT * elapsed + _POSITION_DIGIT
     return (
-        gain <= max_acceleration * (elapsed + _TIME_DIGIT) + _VELOCITY_DIGIT
+        gain <= max_acceleration * (elapsed + TIME_DIGIT_S) + _VELOCITY_DIGIT
         and off <= max_acceleration * elapsed**2 / 4.0 + printed
     )
 

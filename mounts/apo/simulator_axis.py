@@ -228,6 +228,12 @@ class SimulatedController:
         """Whether something that holds now keeps it from moving."""
         return bool(self.conditions & (HALTING | {"stop_button"}))
 
+    def lose_one_hz(self, t: float, gain_ppm: float) -> None:
+        """Take the 1 Hz signal away at POSIX `t`: the clock then runs by its own crystal."""
+        self.advance(t)
+        self.clock.retune(t, gain_ppm * 1e-6)
+        self.fail("one_hz_lost")
+
     def press_limit(self, direction: int) -> None:
         """Close the upper (+1) or lower (−1) limit switch right where the axis is."""
         self.pressed[direction] = self.true_position()

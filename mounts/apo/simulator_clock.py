@@ -32,27 +32,30 @@ class ControllerClock:
     Attributes
     ----------
     t0 : float
-        POSIX time at which the count is 0.
+        POSIX time from which it has run as now.
     gain : float
         Counted seconds for a second, minus 1.
     setting : float
         TAI seconds of the day at count 0.
     is_set : bool
         Whether it was ever set.
+    counted : float
+        The count at `t0`.
     """
 
     t0: float
     gain: float = 0.0
     setting: float = 0.0
     is_set: bool = False
+    counted: float = 0.0
 
     def count(self, t: float) -> float:
         """Seconds counted by POSIX `t`; a leap second counts."""
-        return ((t - self.t0) + leap_seconds(t) - leap_seconds(self.t0)) * (1.0 + self.gain)
+        return self.counted + ((t - self.t0) + leap_seconds(t) - leap_seconds(self.t0)) * (1.0 + self.gain)
 
     def posix(self, count: float) -> float:
         """POSIX time of a count."""
-        t = self.t0 + count / (1.0 + self.gain)
+        t = self.t0 + (count - self.counted) / (1.0 + self.gain)
         return t - leap_seconds(t) + leap_seconds(self.t0)
 
     def set(self, t: float, offset: float = 0.0) -> None:
@@ -60,6 +63,10 @@ class ControllerClock:
         right = t % DAY_S + leap_seconds(t) + offset
         self.setting = (right - self.count(t)) % DAY_S
         self.is_set = True
+
+    def retune(self, t: float, gain: float) -> None:
+        """Let it gain otherwise from POSIX `t` on."""
+        self.counted, self.t0, self.gain = self.count(t), t, gain
 
     def reading(self, count: float) -> float:
         """TAI seconds of the day to 1 ms; −1 while it is not set."""

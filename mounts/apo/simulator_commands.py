@@ -47,7 +47,10 @@ def _understood(axis: SimulatedController, text: str) -> Command:
     limits = axis.settings.limits_command.upper()
     if head.upper() == "SET.LIMITS" != limits:
         raise Refusal("unknown command SET.LIMITS")
-    return decode(" ".join(("SET.LIMITS" if head.upper() == limits else head, *rest)))
+    what = decode(" ".join(("SET.LIMITS" if head.upper() == limits else head, *rest)))
+    if what.name in axis.settings.unknown:
+        raise Refusal(f"unknown command {what.name}")
+    return what
 
 
 def _require_able(axis: SimulatedController, what: Command) -> None:

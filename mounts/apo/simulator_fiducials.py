@@ -4,6 +4,7 @@ Where a fiducial truly is, is known; what the position is off there is the error
 edges is what is added to the position at the second. Edges are found between two samples of the servo.
 """
 
+from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
@@ -45,11 +46,14 @@ class Fiducials:
     passages: deque[list[float]] = field(default_factory=lambda: deque(maxlen=KEPT))
     entered: tuple[int, float] | None = None
 
+    def __post_init__(self) -> None:
+        half = self.hardware.fiducial_width_deg / 2.0
+        self._edges = [place + side for place in sorted(self.hardware.fiducials_deg) for side in (-half, half)]
+
     @property
     def edges(self) -> list[float]:
-        """True positions of all edges, degrees."""
-        half = self.hardware.fiducial_width_deg / 2.0
-        return [place + side for place in self.hardware.fiducials_deg for side in (-half, half)]
+        """True positions of all edges, degrees, rising; two to a fiducial."""
+        return self._edges
 
     def switch(self, *, on: bool, off_at: float | None = None) -> None:
         """MS.ON, MS.OFF, MS.OFF time; each forgets a pending end."""
@@ -78,9 +82,10 @@ class Fiducials:
         """
         correction = 0.0
         begin, end = motion.at(motion.start)[0] + slip, motion.at(motion.end)[0] + slip
-        passed = [(edge, number) for number, edge in enumerate(self.edges) if (begin < edge) != (end < edge)]
-        for edge, number in sorted(passed, reverse=end < begin):
-            correction += self._pass(motion, number, edge - slip, slip)
+        first, last = bisect_left(self._edges, min(begin, end)), bisect_left(self._edges, max(begin, end))
+        numbers = range(first, last)
+        for number in numbers if begin < end else reversed(numbers):
+            correction += self._pass(motion, number, self._edges[number] - slip, slip)
         return correction
 
     def _pass(self, motion: Piece, number: int, believed: float, error: float) -> float:

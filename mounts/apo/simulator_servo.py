@@ -5,10 +5,10 @@ limit, no fiducial) is therefore taken in one stride, and any other frame by fra
 
 A servo cannot do more than its axis can. What it does where a path asks for more, or jumps (A, the manual says only
 which bits are set): it leaves the path, sets bit 4 or 5, and goes after it. It meets it by a cubic of at most 1.6 s
-that is within velocity and acceleration; where there is none yet it goes with the largest of both, braking in time, as
-it does for MOVE to a position. When it is farther behind an interpolated path than the axis may be, it gives up:
-motion error on the 3.5 m, out of closed loop on the SDSS, and the axis brakes. Jerk is not limited. At a soft limit the
-axis brakes so as to stand on it.
+that is within velocity and acceleration; where there is none yet it goes with the largest of both, braking in time,
+as it does for MOVE to a position. When it is farther behind an interpolated path than the axis may be, it gives up:
+motion error on the 3.5 m, out of closed loop on the SDSS, and the axis brakes. Jerk is not limited. At a soft limit
+the axis brakes so as to stand on it.
 """
 
 from collections.abc import Callable

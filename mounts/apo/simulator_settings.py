@@ -29,6 +29,8 @@ class SimulatorSettings:
         What is not obeyed is "told" by `ERR:`, or dropped in "silence" with an OK.
     limits_command : str
         The name of SET.LIMITS.
+    unknown : tuple of str
+        Commands that it does not have; the names of some are not in the manual's text.
     tells_settings : bool
         Whether MAXV and SET.LIMITS without arguments answer what is set, rather than `ERR:`.
     axis_select : str
@@ -54,6 +56,7 @@ class SimulatorSettings:
     first_node: Literal["wait", "join"] = "wait"
     refusals: Literal["told", "silence"] = "told"
     limits_command: str = "SET.LIMITS"
+    unknown: tuple[str, ...] = ()
     tells_settings: bool = True
     axis_select: Literal["prefix", "line"] = "prefix"
     ok: Literal["last", "alone"] = "last"

@@ -83,14 +83,13 @@ def _along_lat_back(place: Place, amount: Real) -> Coordinates:
 
 def _cone(place: Place, amount: Real) -> Step:
     """Collimation: v′ = v cos γ + ê sin γ, ê the unit vector of increasing lon at v."""
-    f, c, s = place.functions, place.cos_lat, place.sin_lat
-    cg, sg = f.cos(amount), f.sin(amount)
-    along, up = c * cg, s * cg
-    side = f.copysign(1.0, c)
-    new = side * f.hypot(along, sg)
+    c, s = place.cos_lat, place.sin_lat
+    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
+    along = c * cg
+    to, new = _placed(place, along, sg, s * cg)
     new2 = new * new
     return Step(
-        place.frame.place(place.lon + f.atan2(side * sg, side * along), _turned(place, new, up)),
+        to,
         lon_lat=sg * cg * s / new2,
         lon_amount=c / new2,
         lat_lat=along / new,
@@ -99,25 +98,20 @@ def _cone(place: Place, amount: Real) -> Step:
 
 
 def _cone_back(place: Place, amount: Real) -> Coordinates:
-    """Inverse of the cone: cos² lat cos² γ = cos² lat′ − sin² γ; out of reach where that is negative."""
-    f, c = place.functions, place.cos_lat
-    cg, sg = f.cos(amount), f.sin(amount)
-    side = f.copysign(1.0, c)
-    along = side * f.root((abs(c) - sg) * (abs(c) + sg))
-    lon = place.lon - f.atan2(side * sg, side * along)
-    return lon, _turned(place, along / cg, place.sin_lat / cg)
+    """Inverse of the cone: its cosine before is that along the meridian, by cos γ."""
+    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
+    along = _along_before(place, sg)
+    return place.lon - _aside(place, along, sg), _turned(place, along / cg, place.sin_lat / cg)
 
 
 def _perpendicular(place: Place, amount: Real) -> Step:
     """Non-perpendicularity: rotation about the horizontal axis point (lon, 0) of the current vector."""
-    f, c, s = place.functions, place.cos_lat, place.sin_lat
-    cg, sg = f.cos(amount), f.sin(amount)
-    across, up = s * sg, s * cg
-    side = f.copysign(1.0, c)
-    new = side * f.hypot(c, across)
+    c, s = place.cos_lat, place.sin_lat
+    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
+    to, new = _placed(place, c, s * sg, s * cg)
     new2 = new * new
     return Step(
-        place.frame.place(place.lon + f.atan2(side * across, side * c), _turned(place, new, up)),
+        to,
         lon_lat=sg / new2,
         lon_amount=c * s * cg / new2,
         lat_lat=c * cg / new,
@@ -126,14 +120,22 @@ def _perpendicular(place: Place, amount: Real) -> Step:
 
 
 def _perpendicular_back(place: Place, amount: Real) -> Coordinates:
-    """Inverse: sin lat = sin lat′ / cos γ, thus cos² lat cos² γ = cos² lat′ − sin² γ."""
+    """Inverse: sin lat = sin lat′ / cos γ."""
+    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
+    cosine, sine = _along_before(place, sg) / cg, place.sin_lat / cg
+    return place.lon - _aside(place, cosine, sine * sg), _turned(place, cosine, sine)
+
+
+def _along_before(place: Place, sg: Real) -> Real:
+    """Cos lat cos γ before a cone or a turn: cos² lat cos² γ = cos² lat′ − sin² γ; nan where that is negative."""
     f, c = place.functions, place.cos_lat
-    cg, sg = f.cos(amount), f.sin(amount)
-    side = f.copysign(1.0, c)
-    sine = place.sin_lat / cg
-    cosine = side * f.root((abs(c) - sg) * (abs(c) + sg)) / cg
-    lon = place.lon - f.atan2(side * sine * sg, side * cosine)
-    return lon, _turned(place, cosine, sine)
+    return f.copysign(1.0, c) * f.root((abs(c) - sg) * (abs(c) + sg))
+
+
+def _aside(place: Place, along: Real, across: Real) -> Real:
+    """The angle about the pole from the place's meridian, on its side of the pole."""
+    side = place.functions.copysign(1.0, place.cos_lat)
+    return place.functions.atan2(side * across, side * along)
 
 
 def _tilt(axis: Callable[[Place], tuple[Real, Real]]) -> tuple[Motion, Return]:
@@ -214,46 +216,45 @@ def _vertical_back(place: Place, amount: Real) -> Coordinates:
 def _nasmyth_x(place: Place, amount: Real) -> Step:
     """Displacement by γ along the unit tangent −ê cos E − n̂ sin E of a Nasmyth focal plane; n̂ points up."""
     c, s = place.cos_lat, place.sin_lat
-    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
-    return _displaced(
-        place,
-        (c * cg + s * s * sg, -c * sg, s * cg - s * c * sg),
-        (2.0 * s * c * sg - s * cg, s * sg, c * cg - (c * c - s * s) * sg),
-        (s * s * cg - c * sg, -c * cg, -s * sg - s * c * cg),
-    )
+    return _displaced(place, amount, (s * s, -c, -s * c), (2.0 * s * c, s, s * s - c * c))
 
 
 def _nasmyth_y(place: Place, amount: Real) -> Step:
     """Displacement by γ along −ê sin E + n̂ cos E."""
     c, s = place.cos_lat, place.sin_lat
-    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
-    return _displaced(
-        place,
-        (c * cg - s * c * sg, -s * sg, s * cg + c * c * sg),
-        (-s * cg - (c * c - s * s) * sg, -c * sg, c * cg - 2.0 * c * s * sg),
-        (-c * sg - s * c * cg, -s * cg, c * c * cg - s * sg),
-    )
+    return _displaced(place, amount, (-s * c, -s, c * c), (s * s - c * c, -c, -2.0 * s * c))
 
 
-def _displaced(
-    place: Place, vector: tuple[Real, Real, Real], by_lat: tuple[Real, Real, Real], by_amount: tuple[Real, Real, Real]
-) -> Step:
-    """From components along the place's meridian plane, across it and up, and their derivatives.
+def _displaced(place: Place, amount: Real, tangent: tuple[Real, Real, Real], by_lat: tuple[Real, Real, Real]) -> Step:
+    """v′ = v cos γ + t sin γ, with the unit tangent t and its derivative by lat.
 
-    The new place is on the side of the zenith on which it comes to lie, as with an index error in elevation.
+    Vectors are in components along the place's meridian plane, across it and up.
     """
-    f = place.functions
-    r, e, z = vector
-    side = f.copysign(1.0, r)
-    new = side * f.hypot(r, e)
+    c, s = place.cos_lat, place.sin_lat
+    cg, sg = place.functions.cos(amount), place.functions.sin(amount)
+    r, e, z = c * cg + tangent[0] * sg, tangent[1] * sg, s * cg + tangent[2] * sg
+    r_lat, e_lat, z_lat = by_lat[0] * sg - s * cg, by_lat[1] * sg, by_lat[2] * sg + c * cg
+    r_amount, e_amount, z_amount = tangent[0] * cg - c * sg, tangent[1] * cg, tangent[2] * cg - s * sg
+    to, new = _placed(place, r, e, z)
     new2 = new * new
     return Step(
-        place.frame.place(place.lon + f.atan2(side * e, side * r), _turned(place, new, z)),
-        lon_lat=(r * by_lat[1] - e * by_lat[0]) / new2,
-        lon_amount=(r * by_amount[1] - e * by_amount[0]) / new2,
-        lat_lat=by_lat[2] / new,
-        lat_amount=by_amount[2] / new,
+        to,
+        lon_lat=(r * e_lat - e * r_lat) / new2,
+        lon_amount=(r * e_amount - e * r_amount) / new2,
+        lat_lat=z_lat / new,
+        lat_amount=z_amount / new,
     )
+
+
+def _placed(place: Place, r: Real, e: Real, z: Real) -> tuple[Place, Real]:
+    """The place in a direction, of components as in `_displaced`, and the cosine of its latitude.
+
+    It is on the side of the zenith on which it comes to lie, as with an index error in elevation.
+    """
+    f = place.functions
+    side = f.copysign(1.0, r)
+    new = side * f.hypot(r, e)
+    return place.frame.place(place.lon + f.atan2(side * e, side * r), _turned(place, new, z)), new
 
 
 def _solved_back(motion: Motion) -> Return:

@@ -181,6 +181,17 @@ def test_the_same_places_in_the_same_order_come_out_every_time():
     assert first == again
 
 
+def test_a_run_that_has_places_gets_others_between_them():
+    subject = two_sided(MountType.GERMAN)
+    first, more = (spread_places(subject, N, MIDNIGHT, other=other) for other in (0, N))
+    nearest = [min(separation(a.direction, b.direction) for b in first if b.posture == a.posture) for a in more]
+    probes = at_random(subject, 400)
+    one, both = (math.degrees(np.sqrt(np.mean(gaps(each, probes) ** 2))) for each in (first, first + more))
+    print(f"RMS way to the nearest place {one:.1f}° with {N}, {both:.1f}° with as many more")
+    assert min(nearest) > math.radians(0.2)
+    assert both < 0.85 * one
+
+
 def test_bright_stars_are_real_reached_and_each_is_taken_once_in_a_posture():
     subject = two_sided(MountType.GERMAN)
     places = star_places(subject, 25, MIDNIGHT, 2000.0, bright_stars())

@@ -11,6 +11,7 @@ from numpy.polynomial import Polynomial
 from mounts.apo.commands import TABLE
 from mounts.apo.replies import ReplyDecoder
 from mounts.apo.simulator import SimulatedObservatory
+from mounts.apo.simulator_clock import ControllerClock
 from mounts.apo.simulator_settings import HARDWARE, AxisHardware, SimulatorSettings
 from mounts.apo.status_word import StatusWord
 
@@ -368,6 +369,13 @@ def test_limits_go_by_the_name_in_the_settings_and_may_not_be_told():
     assert "argument" in wire.refused("MAXV", 0.0)
 
 
+def test_commands_that_a_controller_does_not_have_are_refused_by_name_and_alias():
+    wire = Wire(unknown=("LOG", "HELP"))
+    for text in ("LOG hello", "HELP", "? MOVE"):
+        assert "unknown command" in wire.refused(text, 0.0)
+    wire.told("DEBUG on", 0.0)
+
+
 def test_a_limit_switch_stops_the_axis_one_way_and_not_the_other():
     wire = Wire()
     wire.told("MOVE 0 1", 0.0)
@@ -400,6 +408,17 @@ def test_a_path_goes_on_through_midnight():
     assert wire.true(midnight + 5.0) == pytest.approx(0.07, abs=1e-5)
 
 
+def test_a_leap_second_is_counted():
+    """At the end of 2016 TAI − UTC went from 36 to 37 s, and a second passed that POSIX time does not have."""
+    new_year = 1_483_228_800.0
+    clock = ControllerClock(new_year - 10.0)
+    clock.set(new_year - 10.0)
+    assert clock.reading(clock.count(new_year - 1.0)) == 86_399.0 + 36.0 - 86_400.0
+    assert clock.reading(clock.count(new_year)) == 37.0
+    assert clock.count(new_year) == 11.0
+    assert clock.posix(11.0) == new_year
+
+
 def test_a_clock_may_be_off_and_drift():
     wire = Wire(clock_offset_s=0.25, clock_drift_ppm=100.0)
     assert wire.status(0.0)[2] == TAI0 + 0.25
@@ -407,6 +426,15 @@ def test_a_clock_may_be_off_and_drift():
     wire.told(f"MOVE 0 0.001 {TAI0 + 10_011.25}", 10_000.0)
     wire.told(f"MOVE 0.01 0.001 {TAI0 + 10_021.25}", 10_000.0)
     assert wire.true(10_015.0) == pytest.approx(0.005, abs=2e-6)
+
+
+def test_without_the_1_hz_the_clock_runs_by_its_own_crystal():
+    wire = Wire()
+    wire.told("MOVE 0 0.01", 0.0)
+    wire.axis.lose_one_hz(T0 + 100.0, 1000.0)
+    assert wire.status(100.0)[2] == TAI0 + 100.0
+    assert wire.status(1100.0)[2] == TAI0 + 1101.0
+    assert "one_hz_lost" in wire.names(1100.0)
 
 
 def test_a_clock_that_is_not_set_tells_minus_one_and_refuses_nodes():
@@ -564,6 +592,21 @@ def test_what_ends_corrections_ends_them(command):
     wire.axis.let_slip(0.01)
     wire.told("MOVE 7", 2.0)
     assert wire.true(60.0) == pytest.approx(7.01)
+
+
+def test_a_fiducial_left_by_the_edge_that_it_was_entered_by_corrects_nothing():
+    wire = Wire(hardware=FIDUCIAL)
+    wire.axis.let_slip(0.01)
+    wire.told("MS.ON", 0.0)
+    wire.told("MOVE 5", 0.0)
+    wire.told("MOVE 0", 40.0)
+    assert wire.true(80.0) == pytest.approx(0.01)
+    wire.told("MOVE 7", 80.0)
+    wire.told("MOVE 0", 110.0)
+    assert wire.true(150.0) == pytest.approx(0.0, abs=1e-9)
+    edges = [(row.split()[4], row.split()[5]) for row in wire.say("MS.DUMP", 150.0).lines[1:]]
+    print(edges)
+    assert edges[3] == ("1", "0.010000")
 
 
 def test_a_dump_has_the_last_twenty_passages():

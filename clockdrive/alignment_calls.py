@@ -1,0 +1,51 @@
+"""The calls of a polar alignment as they travel in JSON; the owner keeps the alignment from one to the next."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from clockdrive.errors import Refused
+
+if TYPE_CHECKING:
+    from clockdrive.alignment import Alignment
+    from clockdrive.telescope import Telescope
+
+Emit = Callable[[Mapping[str, object]], object]
+Call = Callable[[dict[str, Any], Emit], object]
+_OPTIONS = ("witness", "pole", "goal_arcsec", "scatter_arcsec", "settle_s")
+
+
+def alignment_calls(telescope: "Telescope") -> dict[str, Call]:
+    """`polar_begin`, with the arguments of `Telescope.polar_alignment`; `polar_look`; `polar_write`."""
+    kept: list[Alignment] = []
+    listeners: list[Emit] = []
+
+    def tell(event: Mapping[str, object]) -> None:
+        listeners[-1](event)
+
+    def current() -> "Alignment":
+        if not kept:
+            raise Refused("no polar alignment has begun: `polar-align` looks at three stars first")
+        return kept[-1]
+
+    def begin(args: dict[str, Any], emit: Emit) -> object:
+        given = {name: args[name] for name in _OPTIONS if args.get(name) is not None}
+        listeners[:] = [emit]
+        kept.clear()
+        kept.append(
+            telescope.polar_alignment(
+                **given, report=lambda text: tell({"told": text}), ask=lambda what: tell({"ask": what})
+            )
+        )
+        return current().state.json
+
+    def look(args: dict[str, Any], emit: Emit) -> object:
+        listeners[:] = [emit]
+        turned, another = bool(args.get("turned", True)), bool(args.get("another"))
+        return current().look(turned=turned, another=another).json
+
+    def write(_args: dict[str, Any], _: Emit) -> object:
+        x_mas, y_mas = current().write_mount()
+        kept.clear()
+        return {"ok": True, "mount_x_mas": x_mas, "mount_y_mas": y_mas}
+
+    return {"polar_begin": begin, "polar_look": look, "polar_write": write}

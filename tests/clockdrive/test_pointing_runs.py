@@ -1,0 +1,180 @@
+"""The runs of a telescope as a person uses them: list, fit, mask, import, export, append, with syncs in between."""
+
+import math
+
+import numpy as np
+import pytest
+from simulated_runs import TRUTH, simulated_run
+from sky_bench import Sky
+from telescope_bench import QUICK, star_at, telescope
+
+from clockdrive import PointingRuns
+from clockdrive.configuration import load
+from clockdrive.errors import ClockdriveError, InputError, Refused
+from clockdrive.fitting import Wanted
+from pointing.errors import PointingError
+from pointing.model.fit import fit
+from pointing.model.run_file import read_run
+from pointing.model.tpoint_file import write_tpoint
+
+TERMS = "IH ID CH NP MA ME TF"
+
+
+@pytest.fixture
+def runs(tmp_path):
+    configuration = load(None, overrides={"drive.link": "sim:", "mount.type": "german", "state.path": str(tmp_path)})
+    with PointingRuns.of(configuration) as opened:
+        yield opened
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "run.dat"
+    write_tpoint(simulated_run("german", -42.4, TRUTH["german"], 40, np.random.default_rng(5)).run, path)
+    return path
+
+
+def test_a_tpoint_file_is_taken_in_and_its_fit_is_that_of_the_file(runs, file):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    ours = runs.report("old", Wanted(TERMS)).fit
+    theirs = fit(read_run(file, places="observed"), TERMS)
+    off = max(abs(a.arcsec - b.arcsec) for a, b in zip(ours.coefficients, theirs.coefficients, strict=True))
+    print(f"largest difference of a coefficient {off:.1e}″")
+    assert off < 1e-5
+    assert runs["old"].settings["imported"].endswith("run.dat")
+    assert runs.names == ("old",)
+
+
+@pytest.mark.parametrize("name", ["gem_cgx-l", "apo_2017-12-10", "auxtel_2022-04"])
+def test_runs_of_other_people_are_taken_in_without_loss(name, runs, shared):
+    """Whole files, with all their digits: the fit through the store is the fit of the file."""
+    path = shared / "data" / "tpoint" / f"{name}.dat"
+    direct = read_run(path, places="apparent")
+    runs.take_in(path, name, 1.8e9, places="apparent")
+    names = TERMS if direct.mount == "equatorial" else "IA IE CA NPAE AN AW TF"
+    kept, there = fit(runs.observations(name), names), fit(direct, names)
+    off = max(abs(a.arcsec - b.arcsec) for a, b in zip(kept.coefficients, there.coefficients, strict=True))
+    print(
+        f"{name}: {kept.n} stars, sky RMS {kept.sky_rms_arcsec:.3f}″, largest difference of a coefficient {off:.1e}″"
+    )
+    assert kept.n == there.n
+    assert off < 1e-5
+
+
+@pytest.mark.parametrize("ending", ["ecsv", "dat"])
+def test_a_run_is_written_and_read_back_to_the_same_fit_with_its_masks(runs, file, ending, tmp_path):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    runs.mask("old", [3, 11])
+    runs.write("old", tmp_path / f"out.{ending}")
+    back = read_run(tmp_path / f"out.{ending}", places="observed")
+    assert int(back.kept.sum()) == 38
+    one, two = fit(runs.observations("old"), TERMS), fit(back, TERMS)
+    off = max(abs(a.arcsec - b.arcsec) for a, b in zip(one.coefficients, two.coefficients, strict=True))
+    print(f"{ending}: largest difference of a coefficient {off:.1e}″")
+    assert off < 1e-4
+
+
+def test_masked_stars_take_no_part_until_they_are_unmasked(runs, file):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    runs.mask("old", [0, 5], "a gust")
+    assert runs.report("old", Wanted(TERMS)).fit.n == 38
+    runs.unmask("old", [0])
+    assert runs.report("old", Wanted(TERMS)).fit.n == 39
+    assert runs["old"].observations[5].masked == "a gust"
+
+
+def test_the_worst_go_one_by_one_and_the_fit_gets_better(runs, file):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    rms = [runs.report("old").fit.sky_rms_arcsec]
+    gone = []
+    for _ in range(3):
+        gone += runs.mask_worst("old")
+        rms.append(runs.report("old").fit.sky_rms_arcsec)
+    print(f"masked {gone}: sky RMS {', '.join(f'{each:.3f}″' for each in rms)}")
+    assert len(set(gone)) == 3
+    assert rms == sorted(rms, reverse=True)
+
+
+def test_what_cannot_be_taken_in_or_written_is_said(runs, file, tmp_path):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    with pytest.raises(InputError, match="there is a pointing run 'old' already"):
+        runs.take_in(file, "old", 1.8e9, places="observed")
+    with pytest.raises(PointingError, match="the frame of its RA and Dec is not told"):
+        runs.take_in(file, "new", 1.8e9)
+    with pytest.raises(InputError, match=r"name a file that ends in .ecsv, which keeps all, or in .dat"):
+        runs.write("old", tmp_path / "out.csv")
+    assert runs.names == ("old",)
+
+
+CROOKED = {
+    "mount__type": "german",
+    "simulator__misalignment_x_arcsec": 900.0,
+    "simulator__misalignment_y_arcsec": -600.0,
+    "simulator__collimation_arcsec": 180.0,
+    **QUICK,
+}
+
+
+def synchronised_beside(scope, arcsec):
+    """Put the position wrong, as a careless sync does: on a place beside the one that is in the field."""
+    scope.goto(star_at(scope, 75.0, 52.0))
+    scope.wait(5.0)
+    seen = Sky(scope).solution()
+    scope.sync(type(seen)("beside", seen.ra, seen.dec + math.radians(arcsec / 3600.0), epoch=seen.epoch))
+    scope.stop()
+
+
+def test_a_run_that_is_appended_to_after_a_sync_uses_all_its_stars_and_the_model_points_today(tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.pointing_run(8, name="long")
+        synchronised_beside(scope, 700.0)
+        report = scope.pointing_run(8, name="long", append=True)
+        assert report.fit.n == 16
+        assert len({(each.place.azimuth, each.place.altitude) for each in report.stored.places}) == 16
+        scope.use_model(report)
+        star = star_at(scope, 60.0, 40.0)
+        scope.goto(star)
+        scope.wait(5.0)
+        off = math.hypot(*Sky(scope).off(star))
+    moved = [each.in_force["zero"]["moved_deg"] for each in report.stored.observations]
+    print(f"sky RMS {report.fit.sky_rms_arcsec:.2f}″ over a sync of {moved[-1]}°; a goto then {off:.2f}″ off")
+    assert moved[0] == [0.0, 0.0]
+    assert max(map(abs, moved[-1])) * 3600.0 > 300.0
+    assert report.fit.sky_rms_arcsec < 2.0
+    assert off < 2.0
+
+
+def test_a_model_of_an_old_run_is_fitted_for_todays_zero_points(tmp_path):
+    """Run, then a sync that is wrong by 700″, then a fit: it takes the sync back, and the telescope points."""
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.pointing_run(8, name="old")
+        synchronised_beside(scope, 700.0)
+        scope.use_model(scope.runs.report("old"))
+        star = star_at(scope, 60.0, 40.0)
+        scope.goto(star)
+        scope.wait(5.0)
+        off = math.hypot(*Sky(scope).off(star))
+    print(f"{off:.2f}″ off")
+    assert off < 2.0
+
+
+def test_runs_are_refused_where_they_would_mean_nothing(tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        with pytest.raises(InputError, match="resume or append"):
+            scope.pointing_run(8, resume=True, append=True)
+        with pytest.raises(InputError, match="this telescope has no pointing runs"):
+            scope.pointing_run(resume=True)
+        with pytest.raises(PointingError, match="a run of 0 places"):
+            scope.pointing_run(0)
+        scope.park()
+        with pytest.raises(Refused, match="parked"):
+            scope.pointing_run(8)
+        assert scope.runs.names == ()
+
+
+def test_a_run_on_an_origin_beside_the_tube_is_refused_as_a_model_is_one_of_the_tube(tmp_path):
+    with telescope(tmp_path, **CROOKED, instruments__guide__x_arcsec=600.0) as scope:
+        with pytest.raises(ClockdriveError, match=r"0.167° beside .*: choose an instrument at 0, 0 first"):
+            scope.pointing_run(8)
+        with pytest.raises(Refused, match=r"targets are put 0.167° beside the tube's axis: choose an instrument"):
+            scope.pointing_run(8, scope.true_sky)
