@@ -148,7 +148,7 @@ def _of_the_drive(reading: Reading, reached: list[str]) -> str:
     if not reading.powered:
         return "the motors lost their power (standby); `drive power on`, then check the position"
     if reading.alarms:
-        return f"power supply alarm: {', '.join(reading.alarms)}; find its cause before moving again"
+        return f"alarm of the drive: {', '.join(reading.alarms)}; find its cause before moving again"
     if reached:
         return f"limit reached: {', '.join(reached)}; `goto` or `park` leads away from it"
     return ""

@@ -4,7 +4,8 @@ Outside, times are POSIX seconds; on the wire they are the controller's own, TAI
 offset. A node whose answer was lost is not sent again: see `line`.
 """
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -14,20 +15,19 @@ from mounts.apo.commands import Kind, command
 from mounts.apo.controller import Controller, Timed
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.node_queue import NodeQueue, PathNode
-from mounts.apo.readings import Drift, continues
+from mounts.apo.readings import Drift, Status, continues
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
-from transports.errors import LinkError, NoAnswer, TransportError, WrongAnswer
+from transports.errors import LinkError, NoAnswer, WrongAnswer
 
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
 _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
+_FORGETS = 0.8  # from node to node, of how slow one was
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
-MOST_OFFSET_S = 0.4
-_SCALES = (("UTC", 37.0), ("GPS time", 19.0))
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,15 @@ class Sight:
     velocity: float
     uncertainty: float
     word: StatusWord
+
+
+LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
+_HARMLESS = frozenset({*LIMITS, "buffer_empty"})
+
+
+def halts(word: StatusWord) -> bool:
+    """Whether a controller with these bits must be initialised before it moves: it has restarted, or an error."""
+    return word.restarted or bool(set(word.errors) - _HARMLESS)
 
 
 class ControlledAxis:
@@ -62,10 +71,12 @@ class ControlledAxis:
         self.sight: Sight | None = None
         self.latched = StatusWord(0, kind)
         """The sticky bits seen since the last INIT: on the SDSS to read them is to clear them."""
+        self.must_init = False
+        """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
-        self.lost_node = False
-        """Whether the last node's answer was lost: it may be in the buffer or not."""
         self._raw: Drift | None = None  # the last answer that told position and time
+        self._waiting: deque[PathNode] = deque()  # for room in the buffer
+        self._exchange_s = 0.0  # that a node took lately
 
     @property
     def name(self) -> str:
@@ -87,22 +98,34 @@ class ControlledAxis:
         TransportError
             It does not answer; the text names the axis.
         """
-        timed = self.asked(lambda: self._plausible(self.controller.status))
+        timed = self.asked(lambda: self._plausible(self._status))
         status, posix = timed.value, self._seen(timed)
-        self.latched |= StatusWord(status.word.value & sticky_mask(status.word.kind), status.word.kind)
         rate = abs(status.velocity_deg_s)
         unsure = _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
         self.sight = Sight(posix, status.position_deg, status.velocity_deg_s, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
 
+    def _status(self) -> Timed[Status]:
+        """Ask once; what the answer has cleared by being read is kept, whatever becomes of the rest of it."""
+        timed = self.controller.status()
+        word = timed.value.word
+        self.latched |= StatusWord(word.value & sticky_mask(word.kind), word.kind)
+        self.must_init |= halts(word)
+        return timed
+
     def drift(self) -> PathNode:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
         timed = self.asked(lambda: self._plausible(self.controller.drift))
         line = PathNode(self._seen(timed), timed.value.position_deg, timed.value.velocity_deg_s)
+        self._waiting.clear()
         self.queue.begin(line)
-        self.lost_node = False
         return line
+
+    @property
+    def _answer_s(self) -> float:
+        """Seconds at least for which an answer that tells the time is on the line."""
+        return self.controller.answer_time(command("DRIFT"))
 
     def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
         """Ask until an answer follows from the one before; the first of all is asked for twice.
@@ -130,7 +153,7 @@ class ControlledAxis:
         if not timed.value.clock_is_set:
             return (timed.sent + timed.received) / 2.0
         told = tai.posix(timed.value.time_tai_s, timed.received)
-        self.clock_stepped |= self.offset.see(told, timed.sent, timed.received)
+        self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
         return told - self.offset.value
 
     def clock_trouble(self) -> str:
@@ -138,12 +161,13 @@ class ControlledAxis:
         if self._raw is not None and not self._raw.clock_is_set:
             return f"{self.name}: the controller's clock is not set; set it, then INIT"
         off = self.offset.value
-        if abs(off) <= MOST_OFFSET_S:
+        if abs(off) <= tai.LARGEST_OFFSET_S:
             return ""
-        scale = next((f", as if it showed {name} instead of TAI" for name, by in _SCALES if abs(off + by) < 1.0), "")
+        kept = tai.wrong_scale(off, 0.0 if self.sight is None else self.sight.time)
+        scale = f", as if it kept {kept} instead of TAI" if kept else ""
         return (
-            f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {MOST_OFFSET_S:g} s; set it "
-            "and check the host's own clock"
+            f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {tai.LARGEST_OFFSET_S:g} s; "
+            "set it, and check the host's own clock"
         )
 
     def require_clock(self) -> None:
@@ -169,33 +193,58 @@ class ControlledAxis:
         TransportError
             Its answer was lost; it may have been taken, and is not sent again.
         """
-        when = tai.seconds_of_day(node.time + self.offset.value)
+        when = tai.seconds_of_day(node.time + self.offset.at(node.time))
         try:
-            self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
-        except TransportError:
-            self.lost_node = True
-            raise
-        self.lost_node = False
+            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+        except DriveRefused as error:
+            raise DriveRefused(f"{error}, and drive.max_nodes") from error
+        self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
         self.queue.append(node)
+
+    def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
+        """Give the nodes of a slew, as many as the buffer holds; `feed` gives the others when there is room.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `send`.
+        """
+        self._waiting = deque(nodes)
+        self.feed(nodes[0].time, most)
+
+    def feed(self, time: float, most: int) -> None:
+        """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
+        while self._waiting and self.queue.pending(time) < most:
+            self.send(self._waiting[0])
+            self._waiting.popleft()
+
+    @property
+    def waiting(self) -> Sequence[PathNode]:
+        """Nodes for which the buffer had no room."""
+        return tuple(self._waiting)
 
     def halt(self, *, abruptly: bool = False) -> None:
         """End the motion; the axis decelerates, or is stopped as the stop button does."""
         self.asked(lambda: self.controller.tell("STOP" if abruptly else "MOVE"))
-        self.queue.clear()
+        self._forget_path()
 
     def initialise(self) -> None:
         """Halt and clear the sticky bits."""
         self.asked(lambda: self.controller.tell("INIT"))
-        self.queue.clear()
+        self._forget_path()
         self.forget_bits()
 
     def forget_bits(self) -> None:
         """Forget what was latched: INIT has cleared it."""
-        self.sight, self.latched = None, StatusWord(0, self.latched.kind)
+        self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
+
+    def _forget_path(self) -> None:
+        self._waiting.clear()
+        self.queue.clear()
 
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
-        self.queue.clear()
+        self._forget_path()
         self._raw = None
 
     def displace(self, degrees: float) -> None:
@@ -209,17 +258,18 @@ class ControlledAxis:
         self.asked(lambda: self.controller.tell("SET.POSITION", degrees))
         self._raw = None
 
-    def node_line_time(self) -> float:
-        """Seconds that a node takes on the line with its answer."""
+    @property
+    def exchange_s(self) -> float:
+        """Seconds that a node takes with its answer: as seen lately, at least its time on the line."""
         longest = command("MOVE", -self.settings.highest_deg, -self.settings.max_speed_deg_s, 86399.0)
-        return self.controller.line_time(longest)
+        return max(self._exchange_s, self.controller.line_time(longest))
 
     def asked(self, work: Callable[[], _T]) -> _T:
         """Name the axis in whatever goes wrong."""
         try:
             return work()
         except CommandRefused as error:
-            raise DriveRefused(f"{self.name}: {error}") from error
+            raise DriveRefused(f"{self.name}: {error}; check its status bits with `drive show`") from error
         except MalformedReply as error:
             raise WrongAnswer(f"{self.name}: {error}") from error
         except (NoAnswer, WrongAnswer, LinkError) as error:

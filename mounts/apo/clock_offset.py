@@ -1,9 +1,9 @@
 """How far a controller's clock is ahead of the host's, from every answer that tells its time.
 
 The controller read its clock somewhere between the end of the request and the end of the answer, and printed it to a
-millisecond: each answer bounds the offset from both sides. A clock that all bounds allow to be right is taken to be
-right; otherwise the middle of the bounds counts, of the quickest answers, for the longer one was under way, the less
-its middle says.
+millisecond: each answer bounds the offset from both sides. The middle of the bounds counts, of the quickest answers,
+for the longer one was under way, the less its middle says. A clock that is off by no more than its printed digit, as
+far as anyone can tell, is taken to be right.
 """
 
 from collections import deque
@@ -12,6 +12,9 @@ from dataclasses import dataclass
 _PRINTED_S = 0.001  # to which times are printed, rounded or cut
 _KEPT_S = 60.0
 _MOST = 64  # answers
+_TELLING_S = 20.0  # over which answers tell how fast the offset changes
+_FEW, _CERTAIN = 5, 4.0  # answers, and standard deviations, below which a gain is none
+_STEADY = 1e-5  # seconds a second, which a clock that is right may seem to gain
 _QUICK = 1.5  # times the quickest round trip
 _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
 
@@ -23,6 +26,11 @@ class _Sight:
     time: float
     low: float
     high: float
+
+    @property
+    def middle(self) -> float:
+        """Between the bounds."""
+        return (self.low + self.high) / 2.0
 
 
 class ClockOffset:
@@ -38,7 +46,7 @@ class ClockOffset:
 
     def __init__(self) -> None:
         self._sights: deque[_Sight] = deque(maxlen=_MOST)
-        self.value = self.uncertainty_s = 0.0
+        self.value = self.uncertainty_s = self._gain = 0.0
 
     def see(self, told: float, sent: float, received: float) -> bool:
         """Take an answer that told a time, as POSIX seconds; return whether the clock was set since the last one.
@@ -63,16 +71,30 @@ class ClockOffset:
     def forget(self) -> None:
         """Begin anew, after the controller has restarted."""
         self._sights.clear()
-        self.value = self.uncertainty_s = 0.0
+        self.value = self.uncertainty_s = self._gain = 0.0
 
     @property
     def known(self) -> bool:
         """Whether the controller has told its time."""
         return bool(self._sights)
 
+    def at(self, time: float) -> float:
+        """The offset at a POSIX time, as the clock gains or loses."""
+        return self.value + self._gain * (time - self._sights[-1].time) if self._sights else 0.0
+
     def _estimate(self) -> None:
         shortest = min(sight.high - sight.low for sight in self._sights)
         quick = [sight for sight in self._sights if sight.high - sight.low <= _QUICK * shortest]
-        right = all(sight.low <= 0.0 <= sight.high for sight in self._sights)
-        self.value = 0.0 if right else sum(sight.low + sight.high for sight in quick) / (2.0 * len(quick))
+        last, count = self._sights[-1].time, len(quick)
+        time = sum(sight.time for sight in quick) / count - last
+        middle = sum(sight.middle for sight in quick) / count
+        spread = sum((sight.time - last - time) ** 2 for sight in quick)
+        gain = 0.0
+        if last - quick[0].time >= _TELLING_S and count > _FEW:
+            gain = sum((sight.time - last - time) * (sight.middle - middle) for sight in quick) / spread
+            left = sum((sight.middle - middle - gain * (sight.time - last - time)) ** 2 for sight in quick)
+            gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread
+        off = middle - gain * time
+        right = abs(off) <= _PRINTED_S and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
+        self.value, self._gain = (0.0, 0.0) if right and abs(gain) < _STEADY else (off, gain)
         self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))

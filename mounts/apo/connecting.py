@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mounts.apo.axis import ControlledAxis
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.settings import AxisSettings
-from mounts.errors import WrongProtocol
+from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import WrongAnswer
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ def identified(axis: ControlledAxis) -> None:
     """
     try:
         axis.asked(axis.controller.identity)
+    except DriveRefused as error:
+        raise WrongProtocol(f"{error}; on a shared line check drive.axis_select") from error
     except WrongAnswer as error:
         raise WrongProtocol(f"{error}; no axis controller speaks on this line: check the link") from error
 

@@ -110,6 +110,11 @@ class Controller:
         """Return the seconds that a command with its answer takes on the line."""
         return self._line.time_of(self._text(what))
 
+    def answer_time(self, what: Command) -> float:
+        """Return the seconds for which the echo and answer alone of a command are on the line."""
+        text = self._text(what)
+        return self._line.time_of(text) * (len(text) + 33) / (2 * len(text) + 34)
+
     def status(self) -> Timed[Status]:
         """Ask STATUS; on the SDSS this clears its sticky bits, so whoever asks keeps them.
 

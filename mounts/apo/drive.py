@@ -31,12 +31,14 @@ from transports.errors import TransportError
 LEAD_S = 1.0  # by which the first node must be sent ahead
 _MARGIN_S = 0.1  # for the solving
 _SLEW_NODES = 9  # of a slew at most, with the one that holds it
+_START_EXCHANGES = _SLEW_NODES + 4  # with two looks, a DRIFT, and one more
 _HOLD_S = 5.0  # an axis that landed at rest is held by a node until MOVE lets it stand
 _LANDED_S = 0.1
 _SILENT_S = 4.0  # after which an axis that does not answer halts all others
 _ATTEMPTS = 3
 _STOPS_IN_S = 2.0  # beyond what the deceleration takes
 _MOVES = 1e-4  # deg/s
+_ABRUPT = 10.0  # times the configured acceleration, with which a stop button or a limit switch may halt an axis
 _SLOW_DEG_S = 0.1  # of an axis that may be synchronised while it tracks
 _BRAKING = 100  # looks, each as long as an exchange
 
@@ -97,7 +99,7 @@ class ApoDrive:
     @property
     def start_latency(self) -> float:
         """Seconds from `start` to the motion: the lead of the first node, and the line time of all that is sent."""
-        return LEAD_S + _MARGIN_S + sum(_SLEW_NODES * axis.node_line_time() for axis in self._axes)
+        return LEAD_S + _MARGIN_S + sum(_START_EXCHANGES * axis.exchange_s for axis in self._axes)
 
     @property
     def axes_land_together(self) -> bool:
@@ -136,7 +138,7 @@ class ApoDrive:
         Raises
         ------
         WrongProtocol, DriveRefused, TransportError
-            No controller answers on a line; its clock is in the wrong scale or too far off.
+            No controller answers on a line, or one refuses to be initialised.
         """
         for axis in self._axes:
             identified(axis)
@@ -144,16 +146,10 @@ class ApoDrive:
             self._halt_all(time)
         self._notes = []
         for i, axis in enumerate(self._axes):
-            sight = axis.look()
-            word = sight.word
-            if word.restarted:
+            if axis.look().word.restarted:
                 self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
-                self._trust.restarted(i, sight)
-            if supervision.needs_init(word):
-                axis.initialise()
-                axis.look()
+            self._free(i)
             self._notes += settings_notes(axis)
-            axis.require_clock()
         return self.read(time)
 
     # Reading ---------------------------------------------------------------------------------------------------
@@ -200,6 +196,7 @@ class ApoDrive:
     def _settle(self, sights: Sequence[Sight]) -> None:
         """End what has come to its end: slews that landed, stops that came to rest."""
         for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+            axis.feed(sight.time, self._settings.max_nodes)
             due = self._arrivals[i]
             if due is not None and sight.time >= due:
                 self._arrivals[i] = None
@@ -221,18 +218,13 @@ class ApoDrive:
 
     def _trouble(self, sights: Sequence[Sight]) -> str:
         for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
-            if sight.word.restarted:
-                self._trust.restarted(i, sight)
-                axis.initialise()
-                axis.offset.forget()
-                axis.look()
+            if axis.word.restarted:
+                self._free(i)
                 return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
             if text := supervision.off_its_path(axis, sight):
                 return text
             if axis.queue.is_path and sight.time > axis.queue.ends + 0.5:
                 return f"{axis.name}: its path ended {sight.time - axis.queue.ends:.1f} s ago; `goto` again"
-            if text := axis.clock_trouble():
-                return text
         return ""
 
     def _reading(self, sights: Sequence[Sight]) -> Reading:
@@ -242,9 +234,11 @@ class ApoDrive:
             late = now - sight.time
             here = axis.queue.at(now)
             carried = sight.position + sight.velocity * late
-            unsure = sight.uncertainty + abs(here[0] - carried if here else 0.5 * self._harsh(i) * late**2)
+            unsure = sight.uncertainty + self._unseen(i, sight.velocity, late)
+            unsure += abs(here[0] - carried) if here else 0.0
             axes.append(AxisReading(carried, unsure, sight.velocity, self._arrivals[i] is not None))
         self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
+        clocks = filter(None, (axis.clock_trouble() for axis in self._axes))
         slewing, tracking = any(axis.slewing for axis in axes), self._follower.active
         moving = self._halted is None and any(abs(axis.rate) > _MOVES for axis in axes)
         told = (
@@ -255,7 +249,7 @@ class ApoDrive:
             axes=tuple(axes),
             motion=(told,) if told else (),
             limits=supervision.limits(self._axes),
-            alarms=supervision.alarms(self._axes),
+            alarms=(*supervision.alarms(self._axes), *clocks),
             tracking=tracking and not slewing,
             unsynchronised=self._trust.unsynchronised,
         )
@@ -265,8 +259,9 @@ class ApoDrive:
         """Whether any axis has something of ours to do."""
         return any(axis.queue.last for axis in self._axes)
 
-    def _harsh(self, i: int) -> float:
-        return self._settings.axes[i].acceleration_deg_s2 if self._halted is not None else 0.0
+    def _unseen(self, i: int, velocity: float, late: float) -> float:
+        """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since."""
+        return min(abs(velocity) * late, 0.5 * _ABRUPT * self._settings.axes[i].acceleration_deg_s2 * late**2)
 
     # Moving ----------------------------------------------------------------------------------------------------
 
@@ -302,20 +297,23 @@ class ApoDrive:
         """
         axis, model = self._axes[i], self._models[i]
         model = model if max_rate is None or max_rate >= model.max_rate else model.limited(max_rate)
-        line_time = _SLEW_NODES * axis.node_line_time()
+        line_time = _SLEW_NODES * axis.exchange_s
         for attempt in range(_ATTEMPTS):
             line = axis.drift()
             earliest = line.time + (LEAD_S + line_time) * (1.0 + 0.5 * attempt) + _MARGIN_S / 2.0
-            meeting = meet(axis.settings, line, earliest, where, arrival, model.profile)
+            meeting = meet(axis.settings, line, earliest, where, arrival, model.meeting)
             nodes = meeting.nodes
             if where(meeting.arrival)[1] == 0.0:
                 nodes = (*nodes, PathNode(meeting.arrival + _HOLD_S, nodes[-1].position, 0.0))
             try:
-                for node in nodes:
-                    axis.send(node)
-            except (DriveRefused, TransportError):
+                axis.send_path(nodes, self._settings.max_nodes)
+            except (DriveRefused, TransportError) as error:
                 if attempt == _ATTEMPTS - 1:
                     raise
+                if isinstance(error, DriveRefused) and line.velocity == 0.0:  # something may have halted it unseen
+                    axis.look()
+                    axis.must_init = True
+                    self._free(i)
             else:
                 return meeting.nodes
         raise AssertionError("unreachable: the last attempt returns or raises")
@@ -461,7 +459,7 @@ class ApoDrive:
             try:
                 axis.halt()
             except (DriveError, TransportError) as error:
-                axis.queue.clear()
+                axis.forget_path()
                 errors.append(error)
         self._halted = time
         if errors:
@@ -479,15 +477,25 @@ class ApoDrive:
             self._halt_what_answers(time)
             raise
 
+    def _free(self, i: int) -> None:
+        """Initialise a controller that has halted; the position of one that has restarted is judged first."""
+        axis = self._axes[i]
+        if axis.sight is not None and axis.word.restarted:
+            self._trust.restarted(i, axis.sight)
+            axis.offset.forget()
+        if axis.must_init:
+            axis.initialise()
+            axis.look()
+
     def _require_ready(self) -> None:
         if self._trust.unsynchronised:
             raise Unsynchronised(self._trust.unsynchronised)
-        for axis in self._axes:
+        for i, axis in enumerate(self._axes):
             axis.look()
-            if supervision.needs_init(axis.word):
-                axis.initialise()
-                axis.look()
+            self._free(i)
             axis.require_clock()
+        if self._trust.unsynchronised:
+            raise Unsynchronised(self._trust.unsynchronised)
         if standing := supervision.alarms(self._axes):
             raise DriveRefused(f"{', '.join(standing)}, after INIT too; find the cause before moving")
 

@@ -75,16 +75,13 @@ class Follower:
             An axis did not answer, the others were served all the same.
         """
         changed, self._path, self._rates = path is not self._path, path, None
-        return self._served([partial(self._follow, i, path, time, changed=changed) for i in self._indices])
+        led = range(min(len(self._axes), len(path.at(time))))  # a rotator may have no way of its own
+        return self._served([partial(self._follow, i, path, time, changed=changed) for i in led])
 
     def keep_moving(self, rates: Sequence[float], time: float) -> float:
         """Fill the buffers along straight lines at these rates, from wherever the axes are."""
         changed, self._path, self._rates = tuple(rates) != self._rates, None, tuple(rates)
-        return self._served([partial(self._keep, i, rates[i], time, changed=changed) for i in self._indices])
-
-    @property
-    def _indices(self) -> range:
-        return range(len(self._axes))
+        return self._served([partial(self._keep, i, rate, time, changed=changed) for i, rate in enumerate(rates)])
 
     @staticmethod
     def _served(work: Sequence[Callable[[], None]]) -> float:
@@ -104,6 +101,8 @@ class Follower:
         def where(when: float) -> tuple[float, float]:
             return path.at(when)[i]
 
+        if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
+            return
         if self._must_meet(axis, i) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time

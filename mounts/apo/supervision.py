@@ -2,11 +2,9 @@
 
 from collections.abc import Iterable
 
-from mounts.apo.axis import ControlledAxis, Sight
-from mounts.apo.status_word import StatusWord
+from mounts.apo.axis import LIMITS, ControlledAxis, Sight
 
-_LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
-_NO_TROUBLE = frozenset({*_LIMITS, "buffer_empty", "restarted"})
+_NO_TROUBLE = frozenset({*LIMITS, "buffer_empty", "restarted"})
 _OFF_DEG = 0.02  # by which an axis may be off its path before it is called so
 _OFF_S = 0.05  # of its present speed, likewise
 
@@ -31,14 +29,9 @@ def limits(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:
         f"{axis.name} {_spoken(name)}"
         for axis in axes
         if axis.sight is not None
-        for name in _LIMITS
+        for name in LIMITS
         if axis.sight.word.has(name)
     )
-
-
-def needs_init(word: StatusWord) -> bool:
-    """Whether a controller must be initialised before it moves: it has restarted, or an error has halted it."""
-    return word.restarted or bool(set(word.errors) - _NO_TROUBLE)
 
 
 def off_its_path(axis: ControlledAxis, sight: Sight) -> str:

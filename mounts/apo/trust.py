@@ -1,7 +1,7 @@
 """Whether the positions of the controllers can be believed, and what must be remembered for that.
 
-A controller keeps its position without the host. It may lose it when it restarts: then it must be where it was last
-seen, or where it can have come since, else the position is unsynchronised until `sync`.
+A controller keeps its position without the host. It may lose it when it restarts: then it must have stood, and stand
+where it was last seen, else the position is unsynchronised until `sync`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from mounts.apo.axis import Sight
 from mounts.apo.settings import ApoSettings
 
-_STOOD_DEG = 0.01  # by which an axis at rest may be found elsewhere
+_STOOD_DEG, _STOOD_DEG_S = 1e-3, 1e-4  # within which an axis stands where it stood
 REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
 
 
@@ -49,19 +49,19 @@ class Trust:
         self._time, self._position, self._rates = time, tuple(position), tuple(rates)
 
     def restarted(self, axis: int, sight: Sight) -> None:
-        """Judge the position of a controller that has restarted since it was last seen."""
-        settings = self._settings.axes[axis]
+        """Judge the position of a controller that has restarted since it was last seen.
+
+        One that stood where it stands has kept it. Of one that moved nobody can tell.
+        """
+        name = self._settings.axes[axis].name
         if self._position is None:
-            self.lose(f"{settings.name}: its controller has restarted and was never seen before; `sync` on a target")
-            return
-        speed = abs(self._rates[axis])
-        way = speed * max(0.0, sight.time - self._time) if speed else 0.0
-        stop = speed**2 / settings.acceleration_deg_s2 + speed * settings.acceleration_deg_s2 / settings.jerk_deg_s3
-        moved = abs(sight.position - self._position[axis])
-        if moved > _STOOD_DEG + min(way, stop + speed * 1.0) + stop:
+            self.lose(f"{name}: its controller has restarted and was never seen before; `sync` on a target")
+        elif abs(self._rates[axis]) > _STOOD_DEG_S:
+            self.lose(f"{name}: its controller has restarted while the axis moved; `sync` on a target")
+        elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
             self.lose(
-                f"{settings.name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it "
-                "was last seen; `sync` on a target"
+                f"{name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it was last "
+                "seen; `sync` on a target"
             )
 
     def lose(self, why: str) -> None:

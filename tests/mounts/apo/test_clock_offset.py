@@ -20,8 +20,13 @@ def watched(offset: float, *, way_s: tuple[float, float], looks: int, drift: flo
 
 
 def test_a_clock_that_may_be_right_is_taken_to_be_right():
-    found, _ = watched(0.0, way_s=(0.02, 0.005), looks=50)
+    found, _ = watched(0.0, way_s=(0.002, 0.002), looks=50)
     assert found.value == 0.0
+
+
+def test_an_offset_of_milliseconds_is_told_from_none_over_a_slow_way():
+    found, _ = watched(0.008, way_s=(0.04, 0.04), looks=200)
+    assert found.value == pytest.approx(0.008, abs=0.003)
 
 
 def test_an_offset_is_found_within_its_stated_uncertainty():
@@ -45,7 +50,8 @@ def test_a_slow_way_states_a_large_uncertainty():
 def test_a_drifting_clock_is_no_step_and_is_followed():
     found, stepped = watched(0.05, way_s=(0.001, 0.001), looks=600, drift=2e-5)
     assert not stepped
-    assert found.value == pytest.approx(0.05 + 600 * 2e-5, abs=0.001)
+    assert found.value == pytest.approx(0.05 + 600 * 2e-5, abs=0.0006)
+    assert found.at(1_800_000_609.0) == pytest.approx(0.05 + 609 * 2e-5, abs=0.0006)
 
 
 def test_a_clock_that_was_set_is_noticed():

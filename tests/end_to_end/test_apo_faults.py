@@ -1,0 +1,189 @@
+"""Whatever happens to lines and controllers: every axis halted or tracking, never dry, no position silently wrong."""
+
+import math
+import os
+import random
+import re
+import time
+from collections import Counter
+
+import pytest
+from apo_bench import APACHE_POINT, MIDNIGHT
+from apo_fault_bench import ApoLine, FaultWitness, seeded_events
+from telescope_bench import star_at
+
+from clockdrive import Telescope, VirtualClock
+from clockdrive.errors import ClockdriveError, Refused
+from mounts.errors import DriveError
+from pointing.errors import PointingError, Unreachable
+from pointing.targets import FixedAltAz
+from transports.errors import TransportError
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
+RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "8"))
+FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
+OURS = (ClockdriveError, DriveError, PointingError, TransportError)
+REMEDY = re.compile(
+    r"`[a-z]|check|try again|again|find its cause|find the cause|wait|give|say --|set it", re.IGNORECASE
+)
+SETTLED_ARCSEC = 0.1
+
+
+class Run:
+    """One seeded night's trouble."""
+
+    def __init__(self, seed, folder):
+        self.chance = chance = random.Random(seed)  # noqa: S311 - nothing secret
+        self.outcome, self.kinds = "", Counter()
+        kind = chance.choice(("apo", "sdss"))
+        expiry = chance.choice(("halt", "extrapolate"))
+        overrides = {
+            **APACHE_POINT,
+            "state.path": str(folder),
+            "limits.sun_avoidance_deg": 0.0,
+            "simulator.baud": chance.choice((0, 0, 38400)),
+            "simulator.latency_s": chance.choice((0.001, 0.02)),
+            "simulator.on_expiry": expiry,
+            "drive.on_expiry": expiry,
+            "simulator.clock_drift_ppm": chance.choice((0.0, 20.0, -20.0)),
+            "simulator.clock_offset_s": chance.choice((0.0, 0.0, 0.15)),
+            **chance.choice(({}, {"rotator.mode": "sky"})),
+        }
+        self.start = MIDNIGHT + chance.uniform(-43200.0, 43200.0)
+        self.lines = []
+
+        def line(device):
+            self.lines.append(ApoLine(device, seed))
+            return self.lines[-1]
+
+        self.scope = Telescope.simulated(kind, clock=VirtualClock(self.start), overrides=overrides, line=line)
+        self.witness = FaultWitness(self.scope, self.lines)
+        self.witness.t0 = self.start
+
+    def go(self):
+        with self.scope:
+            try:
+                self.trouble()
+                self.afterwards()
+            except BaseException as error:
+                self.witness.fail(f"{type(error).__name__}: {error}")
+                raise
+            finally:
+                self.witness.check_dry()
+
+    def trouble(self):
+        """A goto, and tracking for a minute, while things happen."""
+        scope, chance = self.scope, self.chance
+        target, begin = self.star(), scope.clock.now()
+        span = chance.choice((15.0, 40.0, 80.0))
+        events, self.kinds = seeded_events(self.lines, scope, chance, begin, span)
+        self.witness.plan(events)
+        error = self.attempt(lambda: scope.goto(target))
+        self.outcome = "arrived" if error is None else type(error).__name__
+        end = max(self.witness.last_event, begin + span) + 25.0
+        while scope.clock.now() < end:
+            scope.wait(1.0)
+            self.witness.now()
+        self.halted_or_tracking(target)
+
+    def halted_or_tracking(self, target):
+        """The lines are whole again, for long enough to have stopped what was not on its way."""
+        status = self.scope.status().json
+        if "internal error" in status["trouble"]:
+            self.witness.fail(status["trouble"])
+        off = self.witness.off_arcsec(target)
+        moving = [abs(axis.servo.velocity) for axis in self.witness.device.axes]
+        if status["doing"] == "tracking":
+            if off > SETTLED_ARCSEC and status["synchronised"]:
+                self.witness.fail(f"it tracks {off:.2f}″ off its target")
+        elif max(moving) > 1e-6:
+            self.witness.fail(f"it is {status['doing']}, and an axis moves at {max(moving):.5f}°/s")
+        elif not status["trouble"] and self.outcome == "arrived":
+            self.witness.fail("it no longer tracks and does not say why")
+
+    def attempt(self, work):
+        """Do it; return the error, which must be ours and say what to do."""
+        try:
+            work()
+        except OURS as error:
+            if not REMEDY.search(str(error)) and not isinstance(error, Unreachable):  # which says by how much
+                self.witness.fail(f"no remedy in: {type(error).__name__}: {error}")
+            return error
+        except Exception as error:  # noqa: BLE001 - that is the claim
+            self.witness.fail(f"a bare {type(error).__name__}: {error}")
+            return error
+        return None
+
+    def afterwards(self):
+        """Do what the sentences say, then go somewhere and be there."""
+        scope, done = self.scope, []
+        self.attempt(scope.stop)
+        scope.wait(60.0)  # the axes come to rest, the controllers wake up
+        for _ in range(3):
+            error = self.attempt(lambda: scope.goto("best"))
+            if "`sync`" not in f"{scope.status()['unsynchronised_because']} {error}":
+                break
+            done.append("sync")
+            self.attempt(self.sync)
+            scope.wait(2.0)
+        target = self.star()
+        error = self.attempt(lambda: scope.goto(target))
+        if error is not None:
+            self.witness.fail(f"after {', '.join(done) or 'nothing'}, goto says: {type(error).__name__}: {error}")
+            return
+        scope.wait(20.0)
+        status = scope.status().json
+        if status["doing"] != "tracking":
+            self.witness.fail(f"20 s after arrival it is {status['doing']}: {status['trouble']}")
+        elif (off := self.witness.off_arcsec(target)) > SETTLED_ARCSEC and not done:
+            self.witness.fail(f"20 s after arrival it is {off:.2f}″ off its target")
+        self.outcome += ", then " + (" and ".join(done) or "nothing more")
+
+    def sync(self):
+        """Sync on what the telescope truly points at."""
+        planner = self.scope._session.planner
+        x, y, z = planner.observed(self.witness.now())
+        self.scope.sync(FixedAltAz(math.atan2(y, -x), math.asin(z)), "normal", force=True)
+
+    def star(self):
+        """Somewhere up that can be gone to."""
+        for _ in range(200):
+            altitude = math.degrees(math.asin(self.chance.uniform(math.sin(math.radians(22.0)), 0.97)))
+            target = star_at(self.scope, self.chance.uniform(0.0, 360.0), altitude)
+            try:
+                self.scope.plan(target)
+            except Unreachable:
+                continue
+            except (Refused, DriveError):
+                return target
+            return target
+        raise AssertionError("nowhere to go")
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(7200)
+def test_every_axis_is_halted_or_tracking_and_no_position_silently_wrong_whatever_happens(tmp_path):
+    began = time.perf_counter()
+    happened, outcomes, broken = Counter(), Counter(), {}
+    worst, readings, lost = (0.0, 0.0), 0, 0
+    for seed in range(FIRST, FIRST + RUNS):
+        run = Run(seed, tmp_path / str(seed))
+        try:
+            run.go()
+        except Exception as error:  # noqa: BLE001 - told with all others
+            run.witness.fail(f"escaped: {error!r}")
+        if run.witness.broken:
+            broken[seed] = run
+        happened += run.kinds
+        outcomes[run.outcome] += 1
+        worst = max(worst, run.witness.worst)
+        readings += run.witness.readings
+        lost += run.witness.unsynchronised
+    print(f"{RUNS} runs, {readings} readings ({lost} unsynchronised), {time.perf_counter() - began:.0f} s")
+    print("faults:", ", ".join(f"{kind} {count}" for kind, count in happened.most_common()))
+    print("outcomes:", "; ".join(f"{name} {count}" for name, count in outcomes.most_common()))
+    print(f"worst |reported − true| {worst[0]:.6f}°, stated ±{worst[1]:.6f}°")
+    for seed, run in broken.items():
+        kinds = ", ".join(run.kinds)
+        print(f"seed {seed} ({run.scope.simulator.kind}: {kinds}):", *run.witness.broken[:6], sep="\n    ")
+    assert not broken
