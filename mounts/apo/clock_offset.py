@@ -59,7 +59,8 @@ class ClockOffset:
             POSIX seconds, by the host's clock, between which it was read.
         """
         seen = _Sight(received, told - _PRINTED_S - received, told + _PRINTED_S - sent)
-        stepped = self.known and not seen.low - _STEP_S <= self.value <= seen.high + _STEP_S
+        unsure = self.uncertainty_s + _STEP_S
+        stepped = self.known and not seen.low - unsure <= self.value <= seen.high + unsure
         if stepped:
             self.forget()
         self._sights.append(seen)

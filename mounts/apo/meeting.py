@@ -1,16 +1,18 @@
 """How an axis that drifts comes onto a path: when its nodes begin, where it meets the path, the nodes to there."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import AxisSettings
-from mounts.apo.slew_profile import SlewProfile, on_grid
+from mounts.apo.slew_profile import MARGIN, SlewProfile, on_grid
 from mounts.errors import DriveRefused
 
 _ROUNDS = 60
 _MET_S = 1e-7
 _LONGEST_S = 3600.0
+_LATER_S = (3.0, 6.0, 12.0, 24.0)  # after which a path is met that cannot be met as soon as possible
 
 Where = Callable[[float], tuple[float, float]]
 """Position and velocity of the path at POSIX time, degrees and degrees per second."""
@@ -59,6 +61,41 @@ def meet(
         The path runs away, or the way leads out of the travel.
     """
     earliest = on_grid(earliest)
+    for later in (None, *_LATER_S):
+        due = arrival if later is None else max(arrival or 0.0, earliest) + later
+        if (found := _solved(line, earliest, where, due, profile)) is not None:
+            return Meeting(_checked(axis, *found))
+    raise DriveRefused(
+        f"{axis.name}: what it must meet moves nearly as fast as the axis, {axis.max_speed_deg_s:g}°/s; no arrival "
+        "was found: `goto` it when it is slower"
+    )
+
+
+def ramp(
+    axis: AxisSettings, line: PathNode, earliest: float, rate: float, profile: Callable[..., SlewProfile]
+) -> Meeting:
+    """The nodes that bring an axis from its drift to another velocity.
+
+    Raises
+    ------
+    DriveRefused
+        The way leads out of the travel.
+    """
+    begin, change = on_grid(earliest), abs(rate - line.velocity)
+    acceleration, jerk = axis.acceleration_deg_s2 * MARGIN, axis.jerk_deg_s3 * MARGIN
+    if change >= acceleration**2 / jerk:
+        seconds = change / acceleration + acceleration / jerk
+    else:
+        seconds = 2.0 * math.sqrt(change / jerk)
+    here = line.at(begin)
+    found = profile(here, line.velocity, here + (line.velocity + rate) / 2.0 * seconds, rate)
+    return Meeting(_checked(axis, found, begin))
+
+
+def _solved(
+    line: PathNode, earliest: float, where: Where, arrival: float | None, profile: Callable[..., SlewProfile]
+) -> tuple[SlewProfile, float] | None:
+    """The profile and its begin; None where going round does not settle."""
     begin, duration = earliest, 0.0
     for _ in range(_ROUNDS):
         found = profile(line.at(begin), line.velocity, *where(begin + duration))
@@ -66,14 +103,11 @@ def meet(
         duration = found.duration
         wanted = earliest if arrival is None else max(earliest, on_grid(arrival - duration))
         if changed <= _MET_S and abs(wanted - begin) <= _MET_S:
-            return Meeting(_checked(axis, found, begin))
+            return found, begin
         begin = wanted
         if duration > _LONGEST_S:
-            break
-    raise DriveRefused(
-        f"{axis.name}: what it must meet moves nearly as fast as the axis, {axis.max_speed_deg_s:g}°/s; no arrival "
-        "was found: `goto` it when it is slower"
-    )
+            return None
+    return None
 
 
 def _checked(axis: AxisSettings, found: SlewProfile, begin: float) -> tuple[PathNode, ...]:

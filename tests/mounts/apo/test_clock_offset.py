@@ -61,6 +61,14 @@ def test_a_clock_that_was_set_is_noticed():
     assert found.value == 0.0
 
 
+def test_a_first_answer_that_was_long_under_way_makes_no_step_of_the_next_one():
+    sent, found = 1_800_000_000.0, ClockOffset()
+    assert not found.see(sent + 0.001, sent, sent + 0.4)
+    assert not found.see(sent + 1.001, sent + 1.0, sent + 1.002)
+    assert found.value == 0.0
+    assert found.uncertainty_s < 0.003
+
+
 def test_nothing_is_known_before_the_first_answer():
     assert not ClockOffset().known
     assert ClockOffset().value == 0.0
