@@ -110,6 +110,14 @@ class AxesAnswer(Answer):
 
         return rates([rate for _, rate in self.state])
 
+    @property
+    def field_rotation(self) -> "Quantity":
+        """How fast the sky turns in the focal plane, degrees an hour; NaN where that is not known."""
+        from astropy import units
+
+        known = self.json.get("field_rotation_deg_s")
+        return ((math.nan if known is None else known) * units.deg / units.s).to(units.deg / units.hour)
+
 
 @dataclass(frozen=True)
 class PlanAnswer(AxesAnswer):

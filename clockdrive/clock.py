@@ -6,7 +6,10 @@ time is handed one of them.
 
 import threading
 import time
-from typing import final
+from typing import TYPE_CHECKING, final
+
+if TYPE_CHECKING:
+    from astropy.time import Time
 
 
 @final
@@ -29,12 +32,12 @@ class VirtualClock:
 
     Parameters
     ----------
-    start : float
-        POSIX seconds (UTC) at which it stands first.
+    start : float or Time
+        POSIX seconds (UTC), or astropy's moment, at which it stands first.
     """
 
-    def __init__(self, start: float) -> None:
-        self._now = float(start)  # NumPy gives numbers of its own, which would go through every answer
+    def __init__(self, start: "float | Time") -> None:
+        self._now = float(getattr(start, "unix", start))  # NumPy's own numbers would go through every answer
         self._lock = threading.Lock()
 
     def now(self) -> float:

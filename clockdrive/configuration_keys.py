@@ -334,7 +334,8 @@ _AXIS2 = (
         above=True, drives=_AWR, example=12000.0),
 )
 _INSTRUMENTS = (
-    Key("instruments.*", "x_arcsec", "number", 0.0, "pointing origin, from the tube's axis along increasing axis 1",
+    Key("instruments.*", "x_arcsec", "number", 0.0,
+        "pointing origin, from the tube's axis along increasing axis 1; fixed to the tube, no rotator turns it",
         "arcsec", -36000, 36000),
     Key("instruments.*", "y_arcsec", "number", 0.0, "likewise along increasing axis 2, in normal posture", "arcsec",
         -36000, 36000),

@@ -1,5 +1,8 @@
 """Pointing origins by name: on which place of the focal plane targets are put.
 
+Origins are fixed to the tube, of a telescope with a rotator too: what turns with the rotator, such as a camera, has
+its origin on the rotator's axis, where turning leaves it; what does not, such as a guider, may have it anywhere.
+
 An origin beside the tube's axis is not the only thing that must stay clear of horizon and Sun: the tube looks along
 its axis, and with it all between the two. So the limits are kept wider by the origin's distance while it is in force.
 """
@@ -65,7 +68,9 @@ class Instruments:
         section = self.sections[self.name]
         place = f"x {section.x_arcsec:g}″, y {section.y_arcsec:g}″"
         wider = f"horizon and Sun are kept {math.degrees(distance):.2f}° wider, for the tube"
-        return (f"the target is put on {self.name}, {place} from the tube's axis; {wider}",)
+        said = f"the target is put on {self.name}, {place} from the tube's axis; {wider}"
+        turned = f"{self.name} is fixed to the tube: a rotator turns the instrument, and not where the target is put"
+        return (said,) if self.planner.rotator is None else (said, turned)
 
     def require(self, name: str) -> None:
         """Refuse a name that no instrument has.

@@ -115,7 +115,7 @@ class Pursuit:
 
     def _rotator_barred(self, time: float) -> tuple[Check, ...]:
         """The rotator's limit, where what it holds has come to it: it must be wound back."""
-        if self._rotator is None:
+        if self._rotator is None or time < self._rotator.since:
             return ()
         check = self._rotator.rotator.check(self._rotator.angle(time))
         return () if check.ok else (check,)

@@ -164,7 +164,7 @@ class RotatorPlan:
     axis : AxisPlan
         Its way; angle and rate are those of its own arrival.
     arrival : float
-        POSIX seconds at which it holds it.
+        POSIX seconds at which it holds it, not before the axes arrive.
     limit : (float, Check), optional
         When following the target brings it to its limit, POSIX seconds, if that is within two hours.
     """

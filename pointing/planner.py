@@ -20,7 +20,7 @@ from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.remedy import OF_A_WAY, remedy
-from pointing.slew import Travel
+from pointing.slew import MeetingModel, SlewModel, Travel
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
@@ -250,7 +250,8 @@ class Planner(Geometry):
         targets = self._counts((first, second))
         settled = False
         for turn in range(_ROUNDS):
-            travels = self._travel(targets, (first.rates[0], second.rates[1]), start, timing)
+            dues = None if timing.together else (first.known, second.known)
+            travels = self._travel(targets, (first.rates[0], second.rates[1]), start, timing, dues)
             due1, due2 = travels[0].duration, travels[1].duration
             if timing.together:
                 due1 = due2 = min(max(due1, due2), _SEARCH_SPAN)
@@ -285,14 +286,22 @@ class Planner(Geometry):
         return one.nearest(ways[0].angles[0]), two.nearest(ways[1].angles[1])
 
     def _travel(
-        self, targets: tuple[float, float], rates: tuple[float, float], start: Start, timing: Timing
+        self,
+        targets: tuple[float, float],
+        rates: tuple[float, float],
+        start: Start,
+        timing: Timing,
+        dues: tuple[float, float] | None = None,
     ) -> tuple[Travel, Travel]:
-        """Travel of both axes, to end with the target's `rates`, radians per second, where the drive can."""
+        """Travel of both axes, to end with the target's `rates`, radians per second, where the drive can.
+
+        `dues`: for axes that join the target one by one, when it is at `targets`, seconds after the motion began.
+        """
         shift = timing.latency  # the axes go on at their present rates until the motion begins
         one, two = (
-            model.travel(here + before * shift, target, before, rate * axis.gearing.counts_per_radian)
-            for model, here, before, target, rate, axis in zip(
-                timing.slew, start.counts, start.rates, targets, rates, self.axes, strict=True
+            _travelled(model, here + before * shift, before, target, rate * axis.gearing.counts_per_radian, due)
+            for model, here, before, target, rate, axis, due in zip(
+                timing.slew, start.counts, start.rates, targets, rates, self.axes, dues or (None, None), strict=True
             )
         )
         return one, two
@@ -342,6 +351,14 @@ class Planner(Geometry):
             needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
+
+
+def _travelled(
+    model: SlewModel, start: float, start_rate: float, target: float, rate: float, due: float | None
+) -> Travel:
+    if due is not None and isinstance(model, MeetingModel):
+        return model.onto(start, start_rate, target - rate * due, rate)
+    return model.travel(start, target, start_rate, rate)
 
 
 def _is_barred(plan: Plan) -> bool:

@@ -169,16 +169,19 @@ class RotatorPath:
         What it holds.
     near : float
         Radians; the winding is the nearest to this at first, later to where it was last asked to be.
+    since : float
+        POSIX seconds from which on it is there; before, it is on its way and no limit of the field's is its own.
     """
 
-    def __init__(self, rotator: Rotator, held: Held, near: float) -> None:
+    def __init__(self, rotator: Rotator, held: Held, near: float, since: float = -math.inf) -> None:
         self.rotator = rotator
         self.held = held
         self.near = near
+        self.since = since
 
     def moved_to(self, target: Target) -> "RotatorPath":
         """The way along another target from where this one is, to hold the same."""
-        return RotatorPath(self.rotator, replace(self.held, target=target), self.near)
+        return RotatorPath(self.rotator, replace(self.held, target=target), self.near, self.since)
 
     def angle(self, time: float) -> float:
         """The angle at POSIX `time`, radians."""
@@ -202,6 +205,7 @@ class RotatorPath:
 
         None when it does not by then, or nobody knows the target's place any further.
         """
+        time = max(time, self.since)
         angle = _nearest(self.held.angle(time), self.near)
         while True:
             check = self.rotator.check(angle)

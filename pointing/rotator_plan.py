@@ -1,8 +1,9 @@
 """How the rotator gets where it holds the field: which winding, when it is there, how long it may stay.
 
-The rotator goes at the same time as the axes and by itself: it meets the angle that is right when it arrives, be that
-before the axes or after them. Of the windings within its limits the one that holds the target for longest is taken,
-up to two hours; of those that hold it as long, the nearest.
+The rotator goes while the axes do: it meets the angle that is right when they arrive, or later by itself where its
+way takes longer. Of the windings within its limits the one that holds the target for longest is taken, up to two
+hours; of those that hold it as long, the one that is there first. One that holds it for less than half a minute is
+none.
 """
 
 import math
@@ -20,6 +21,7 @@ from pointing.targets import Target
 
 _KEPT_S = 7200.0  # for which a winding should hold its target
 _ALIKE_S = 2.0  # by which two may differ and hold it equally long
+_LEAST_S = 30.0  # a drive is given its path ten seconds ahead
 _LONGEST_S = 3600.0  # for which a rotator may be on its way
 _ROUNDS = 60  # the fixed point contracts by field rotation over speed, 0.2 at 0.5° from the zenith
 
@@ -56,11 +58,13 @@ def with_rotator(
     ways = sorted(_ways(held, plan, rotator, start, timing), key=lambda way: way.arrival)
     best, kept = None, 0.0
     for way in ways:
-        holds = _KEPT_S if way.limit is None else min(way.limit[0] - plan.arrival, _KEPT_S)
+        holds = _KEPT_S if way.limit is None else min(way.limit[0] - way.arrival, _KEPT_S)
         if best is None or holds > kept + _ALIKE_S:
             best, kept = way, holds
-    if best is None:
+    if best is None or kept < _LEAST_S:
         check = _missed(held, plan.arrival, rotator, timing)
+        if best is not None and best.limit is not None:
+            check = _soon(best.arrival, *best.limit)
         raise Unreachable(f"{plan.target}: {check.detail}", checks=(*plan.checks, check))
     checks = (*plan.checks, rotator.check(best.axis.angle), _speed(best, rotator, timing))
     if not checks[-1].ok:
@@ -73,7 +77,7 @@ def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath 
     if plan.rotator is None or geometry.rotator is None:
         return None
     held = Held(geometry, target, plan.posture, plan.rotator.hold)
-    return RotatorPath(geometry.rotator, held, plan.rotator.axis.angle)
+    return RotatorPath(geometry.rotator, held, plan.rotator.axis.angle, plan.rotator.arrival)
 
 
 def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
@@ -90,7 +94,7 @@ def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan
 
 
 def _ways(held: Held, plan: Plan, rotator: Rotator, start: Start, timing: Timing) -> Iterator[RotatorPlan]:
-    """Each winding within the limits, to hold the target from its own arrival on."""
+    """Each winding within the limits that can be met and holds the target from then on."""
     for near in rotator.axis.windings(held.angle(plan.arrival)):
         way = _met(held, near, plan.arrival, rotator, start, timing)
         if way is not None:
@@ -107,7 +111,7 @@ def _met(
     for _ in range(_ROUNDS):
         target, rate_counts = axis.nearest(angle), rate * axis.gearing.counts_per_radian
         here, travel = _travel(target, rate_counts, start, timing)
-        arrival = begin + travel.duration
+        arrival = max(begin + travel.duration, soonest)
         if travel.duration > _LONGEST_S:
             return None
         path.near = angle
@@ -119,11 +123,15 @@ def _met(
     if not rotator.check(angle).ok:
         return None
     plan = AxisPlan(axis.name, angle, rate, here, target, rate_counts, travel)
-    from_now = max(arrival, soonest)
-    path.near, limit = path.state(from_now)[0], None
+    limit = None
     with suppress(TargetError):  # nobody knows its place so far ahead
-        limit = path.next_limit(from_now, from_now + _KEPT_S)
+        limit = path.next_limit(arrival, arrival + _KEPT_S)
     return RotatorPlan(rotator.hold, plan, arrival, limit)
+
+
+def _soon(arrival: float, moment: float, check: Check) -> Check:
+    """That the best winding meets its limit at once."""
+    return replace(check, detail=f"{moment - arrival:.0f} s after the arrival the {check.detail}")
 
 
 def _missed(held: Held, time: float, rotator: Rotator, timing: Timing) -> Check:

@@ -1,6 +1,6 @@
 """How long an axis travels: what the planner asks of each drive, so that `pointing` needs nothing of `mounts`."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 class Travel(Protocol):
@@ -38,4 +38,20 @@ class SlewModel(Protocol):
 
     def limited(self, max_rate: float) -> "SlewModel":
         """Return the law of the same axis held to a lower top speed, counts per second."""
+        ...
+
+
+@runtime_checkable
+class MeetingModel(SlewModel, Protocol):
+    """The law of a drive that ends a slew in motion, and so can be asked how soon it is on a line.
+
+    Asked so, the duration grows steadily with the distance, and the arrival at a target is found in few rounds. The
+    duration to a place that is to be passed at speed leaps: there may be no arrival at which it fits.
+    """
+
+    def onto(self, start: float, start_rate: float, position: float, rate: float) -> Travel:
+        """Travel from `start` counts onto a line, which is at `position` counts as the travel begins.
+
+        It ends on the line, with the line's `rate`, counts per second.
+        """
         ...

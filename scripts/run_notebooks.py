@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import nbformat
+from matplotlib.font_manager import fontManager
 from nbclient import NotebookClient
 
 from scripts.sections import CHECKOUT
@@ -159,6 +160,7 @@ def main(arguments: list[str]) -> int:
     check = "--check" in arguments
     paths = [Path(each).resolve() for each in arguments if each != "--check"] or sorted(NOTEBOOKS.glob("*.ipynb"))
     os.environ["JUPYTER_PREFER_ENV_PATH"] = "1"  # the kernel of this environment, whatever the user has
+    fontManager.findfont("sans")  # builds the cache of fonts where there is none, which would be a warning in a cell
     failed = 0
     for path in paths:
         kept = nbformat.read(path, as_version=4)

@@ -44,14 +44,14 @@ def subject(air=AIR, kind=MountType.ALTAZ_FORK, terms=None, misaligned=True):
     return Geometry(Sky(site), mount, axes, Limits(Horizon.level(5.0), 0.0))
 
 
-def erfas(ra, dec, air, time):
+def erfas(ra, dec, air, time, place=(LATITUDE, LONGITUDE, HEIGHT)):
     """Where ERFA sees ICRS places: horizon vectors (n, 3), x south, y east, z zenith."""
-    instant = Instant.from_posix(time)
+    instant, (latitude, longitude, height) = Instant.from_posix(time), place
     day, seconds = instant.utc()
     orientation = earth_orientation(instant)
     azimuth, zenith_distance, *_ = erfa.atco13(
         *(ra, dec, 0.0, 0.0, 0.0, 0.0, 2400000.5 + day, seconds / 86400.0, orientation.dut1),
-        *(math.radians(LONGITUDE), math.radians(LATITUDE), HEIGHT, orientation.xp, orientation.yp),
+        *(math.radians(longitude), math.radians(latitude), height, orientation.xp, orientation.yp),
         *(air.pressure_hpa if air.refraction else 0.0, air.temperature_c, air.relative_humidity, air.wavelength_um),
     )
     level = np.sin(zenith_distance)

@@ -189,6 +189,7 @@ def plan_text(answer: Mapping[str, Any]) -> str:
         ),
     ]
     lines += [f"  {_axis(axis)}" for axis in answer["axes"]]
+    lines += [f"  {line}" for line in _rotator_lines(answer)]
     lines += [f"  {'ok ' if check['ok'] else 'NOT'} {check['name']}: {check['detail']}" for check in answer["checks"]]
     lines += [f"  {line}" for line in (*_pass_lines(answer.get("pass")), *_limit_lines(answer.get("next_limit")))]
     lines += [f"  {line}" for line in _budget_lines(answer.get("budget"))]
@@ -206,6 +207,31 @@ def _axis(axis: Mapping[str, Any]) -> str:
     if "travel_s" in axis:
         parts.append(f"travel {axis['travel_s']:.3f} s")
     return "  ".join((*parts, f"then {axis['rate_deg_s']:+.8f}°/s{_register(axis)}"))
+
+
+def _rotator_lines(answer: Mapping[str, Any]) -> list[str]:
+    """How the field lies and turns, and what a rotator does about it."""
+    lines = []
+    if answer.get("parallactic_angle_deg") is not None:
+        lines.append(
+            f"field: parallactic angle {answer['parallactic_angle_deg']:.4f}°, "
+            f"turns {answer['field_rotation_deg_s']:+.7f}°/s in the focal plane"
+        )
+    turns = answer.get("rotator")
+    if turns is not None:
+        lines.append(_rotator(turns))
+        lines += [f"rotator, {line}" for line in _limit_lines(turns.get("next_limit"))]
+    return lines
+
+
+def _rotator(turns: Mapping[str, Any]) -> str:
+    """The rotator as a line: where it is or goes, and what it holds."""
+    held = "holds nothing" if turns["mode"] is None else f"holds {turns['held_deg']:g}° on the {turns['mode']}"
+    if turns.get("position_angle_deg") is not None:
+        held += f", instrument at position angle {turns['position_angle_deg']:.4f}°"
+    if "travel_s" in turns:
+        return f"{_axis(turns)}; {held} from {turns['arrival_utc']}"
+    return f"{turns['name']}: {turns['angle_deg']:.5f}°  {turns['rate_deg_s']:+.7f}°/s; {held}"
 
 
 def _register(axis: Mapping[str, Any]) -> str:
@@ -251,6 +277,7 @@ def rates_text(answer: Mapping[str, Any]) -> str:
         + _register(axis)
         for axis in answer["axes"]
     ]
+    lines += [f"  {line}" for line in _rotator_lines(answer)]
     lines += _notes(answer)
     return "\n".join(lines)
 
@@ -329,6 +356,7 @@ def status_text(status: Mapping[str, Any]) -> str:
                 f" counts  {axis['rate_deg_s']:+.6f}°/s{'  slewing' if axis['slewing'] else ''}"
                 for axis in status["axes"]
             ),
+            *(f"  {line}" for line in _rotator_lines(status)),
             (
                 f"  motors {'powered' if status['powered'] else 'in standby'}; moved by {_listed(status['motion'])}; "
                 f"limits {_listed(status['limits'])}; alarms {_listed(status['alarms'])}"

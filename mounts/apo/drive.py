@@ -301,7 +301,7 @@ class ApoDrive:
         model = model if max_rate is None or max_rate >= model.max_rate else model.limited(max_rate)
 
         def planned(line: PathNode, earliest: float) -> Meeting:
-            return meet(self._settings.axes[i], line, earliest, where, arrival, model.profile)
+            return meet(self._settings.axes[i], line, earliest, where, arrival, model.meeting)
 
         return self._led_by(i, planned)
 

@@ -4,18 +4,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mounts.apo.errors import ApoError
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import AxisSettings
-from mounts.apo.slew_profile import MARGIN, SlewProfile, on_grid
+from mounts.apo.slew_profile import GRID_S, MARGIN, SlewProfile, on_grid
 from mounts.errors import DriveRefused
 
-_ROUNDS = 60
-_MET_S = 1e-7
-_LONGEST_S = 3600.0
-_LATER_S = (3.0, 6.0, 12.0, 24.0)  # after which a path is met that cannot be met as soon as possible
+_ROUNDS = 20  # in which the beginning is found; where it is not, it arrives before it was planned to
 
 Where = Callable[[float], tuple[float, float]]
 """Position and velocity of the path at POSIX time, degrees and degrees per second."""
+Soonest = Callable[[float, float, Where], SlewProfile]
+"""The soonest meeting, from position and velocity, with a path told by seconds after the beginning."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ def meet(
     earliest: float,
     where: Where,
     arrival: float | None,
-    profile: Callable[[float, float, float, float], SlewProfile],
+    soonest: Soonest,
 ) -> Meeting:
-    """Solve the arrival: the profile ends where the path is when it ends, with the path's velocity.
+    """Find when to begin, and where the path is met.
 
     Parameters
     ----------
@@ -52,23 +52,22 @@ def meet(
         The path.
     arrival : float, optional
         When it was planned to arrive; where it could be earlier it drifts on and begins later.
-    profile : callable
-        The quickest way from position and velocity to position and velocity.
+    soonest : callable
+        The axis's law.
 
     Raises
     ------
     DriveRefused
-        The path runs away, or the way leads out of the travel.
+        The path is too fast or runs away, or the way leads out of the travel.
     """
-    earliest = on_grid(earliest)
-    for later in (None, *_LATER_S):
-        due = arrival if later is None else max(arrival or 0.0, earliest) + later
-        if (found := _solved(line, earliest, where, due, profile)) is not None:
-            return Meeting(_checked(axis, *found))
-    raise DriveRefused(
-        f"{axis.name}: what it must meet moves nearly as fast as the axis, {axis.max_speed_deg_s:g}°/s; no arrival "
-        "was found: `goto` it when it is slower"
-    )
+    earliest = begin = on_grid(earliest)
+    for _ in range(_ROUNDS):
+        found = _from(axis, line, begin, where, soonest)
+        wanted = earliest if arrival is None else max(earliest, on_grid(arrival - found.duration))
+        if abs(wanted - begin) <= GRID_S:
+            return Meeting(_checked(axis, found, begin))
+        begin = wanted
+    return Meeting(_checked(axis, _from(axis, line, earliest, where, soonest), earliest))
 
 
 def ramp(
@@ -92,22 +91,11 @@ def ramp(
     return Meeting(_checked(axis, found, begin))
 
 
-def _solved(
-    line: PathNode, earliest: float, where: Where, arrival: float | None, profile: Callable[..., SlewProfile]
-) -> tuple[SlewProfile, float] | None:
-    """The profile and its begin; None where going round does not settle."""
-    begin, duration = earliest, 0.0
-    for _ in range(_ROUNDS):
-        found = profile(line.at(begin), line.velocity, *where(begin + duration))
-        changed = abs(found.duration - duration)
-        duration = found.duration
-        wanted = earliest if arrival is None else max(earliest, on_grid(arrival - duration))
-        if changed <= _MET_S and abs(wanted - begin) <= _MET_S:
-            return found, begin
-        begin = wanted
-        if duration > _LONGEST_S:
-            return None
-    return None
+def _from(axis: AxisSettings, line: PathNode, begin: float, where: Where, soonest: Soonest) -> SlewProfile:
+    try:
+        return soonest(line.at(begin), line.velocity, lambda elapsed: where(begin + elapsed))
+    except ApoError as error:
+        raise DriveRefused(f"{axis.name}: {error}") from error
 
 
 def _checked(axis: AxisSettings, found: SlewProfile, begin: float) -> tuple[PathNode, ...]:

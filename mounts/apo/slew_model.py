@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from mounts.apo.slew_profile import MARGIN, Limits, SlewProfile, quickest, solve
+from mounts.apo.rendezvous import Where, meeting
+from mounts.apo.sendable import sendable
+from mounts.apo.slew_profile import MARGIN, Limits, Line, Slew, SlewProfile, quickest
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class ApoTravel:
 
 @dataclass(frozen=True)
 class ApoSlewModel:
-    """The law of one axis; keeps `pointing.slew.SlewModel`.
+    """The law of one axis; keeps `pointing.slew.MeetingModel`.
 
     Parameters
     ----------
@@ -45,9 +47,21 @@ class ApoSlewModel:
 
         A target that moves faster than the axis is met at the axis's own top speed, which the planner then refuses.
         """
-        most = self.max_rate * MARGIN
-        ends = min(max(end_rate, -most), most)
-        return ApoTravel(quickest(start, start_rate, end, ends, Limits(self.max_rate, self.acceleration, self.jerk)))
+        return ApoTravel(quickest(Slew.to(start, start_rate, end, self._possible(end_rate)), self.limits))
+
+    def onto(self, start: float, start_rate: float, position: float, rate: float) -> ApoTravel:
+        """Travel onto a line that is at `position` as it begins and moves with `rate`; too fast ones as `travel`."""
+        return ApoTravel(quickest(Slew(start, start_rate, Line(position, self._possible(rate))), self.limits))
+
+    def meeting(self, start: float, start_rate: float, where: Where) -> SlewProfile:
+        """The soonest meeting with a path, as it can be sent, in nodes.
+
+        Raises
+        ------
+        ApoError
+            The path is faster than the axis, or runs away.
+        """
+        return meeting(start, start_rate, where, self.limits)
 
     def profile(self, start: float, start_rate: float, end: float, end_rate: float) -> SlewProfile:
         """The same way as it can be sent, in nodes.
@@ -57,8 +71,17 @@ class ApoSlewModel:
         ApoError
             The end moves faster than the axis may.
         """
-        return solve(start, start_rate, end, end_rate, self.max_rate, self.acceleration, self.jerk)
+        return sendable(Slew.to(start, start_rate, end, end_rate), self.limits)
+
+    @property
+    def limits(self) -> Limits:
+        """Of velocity, acceleration and jerk."""
+        return Limits(self.max_rate, self.acceleration, self.jerk)
 
     def limited(self, max_rate: float) -> "ApoSlewModel":
         """The same axis held to a lower top speed."""
         return replace(self, max_rate=min(max_rate, self.max_rate))
+
+    def _possible(self, rate: float) -> float:
+        most = self.max_rate * MARGIN
+        return min(max(rate, -most), most)

@@ -4,22 +4,20 @@ Velocity, acceleration and jerk are limited, so the way is made of phases of con
 a cubic: nodes at their boundaries reproduce it. Planned is with limits times 0.999, which leaves room for the numbers
 as they are sent.
 
-A phase that is too short cannot be sent: its jerk would be made of the last digits of two positions. So a way with
-phases under 20 ms is solved again with slightly lower limits, of those without such phases the quickest.
-
 Times of nodes lie on a grid of 2⁻²⁰ s, because a POSIX time in a float has no finer digits that could be relied on;
 positions and velocities are those of the grid's time.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise, product
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from mounts.apo.cubic import Cubic
 from mounts.apo.errors import ApoError
+from mounts.apo.stretching import Phase
 
 if TYPE_CHECKING:
     import ruckig
@@ -28,11 +26,10 @@ MARGIN = 0.999
 """Of every limit that planning uses."""
 SHORTEST_S = 0.02
 """Of a phase that can be sent."""
-_GRID = 2.0**20
+GRID_S = 2.0**-20
+"""Of which the times of nodes are multiples."""
 _NOTHING_S = 1e-9  # a phase that is none
-_LOWER = (1.0, 0.98, 0.95, 0.9, 0.8, 0.65, 0.5)  # of jerk and acceleration, in looking for a way that can be sent
-_SLOWER = 0.7  # of all times, from try to try, where that finds none
-_TRIES = 60
+_LEAST = 1e-4  # of the top speed, by which an axis can always go faster than what it meets
 _EXTRA = "the quickest slews need the library ruckig: pip install 'clockdrive[apo]'"
 
 
@@ -50,6 +47,36 @@ class Limits(NamedTuple):
     velocity: float
     acceleration: float
     jerk: float
+
+
+class Line(NamedTuple):
+    """What moves uniformly: where it is as a slew begins, degrees, and degrees per second."""
+
+    position: float
+    rate: float
+
+
+class Slew(NamedTuple):
+    """What is asked of an axis: from a drift to the place of a line, with a velocity beside it; without acceleration.
+
+    Onto a line is `onto` it with no velocity beside it. The duration of that depends steadily on the line; that of a
+    slew to a place of rest that is to be passed at speed leaps.
+    """
+
+    start: float
+    start_rate: float
+    onto: Line
+    end_rate: float = 0.0
+
+    @classmethod
+    def to(cls, start: float, start_rate: float, end: float, end_rate: float) -> "Slew":
+        """To a place, passing it at a velocity."""
+        return cls(start, start_rate, Line(end, 0.0), end_rate)
+
+    @property
+    def last_rate(self) -> float:
+        """Degrees per second at the end."""
+        return self.onto.rate + self.end_rate
 
 
 @dataclass(frozen=True)
@@ -82,9 +109,14 @@ class SlewProfile:
 
     @cached_property
     def nodes(self) -> tuple[ProfileNode, ...]:
-        """At the boundaries of the phases, on the grid, the first at 0."""
-        times = [on_grid(begin) for begin in self._begins]
-        return tuple(ProfileNode(time, *self.at(time)) for time in times)
+        """At the boundaries of the phases, on the grid, the first at 0; the last at the velocity of the end."""
+        _, position, velocity = self.end
+        last = on_grid(self.duration)
+        times = [on_grid(begin) for begin in self._begins[:-1]]
+        return (
+            *(ProfileNode(time, *self.at(time)) for time in times),
+            ProfileNode(last, position + velocity * (last - self.duration), velocity),
+        )
 
     @cached_property
     def extremes(self) -> tuple[float, float]:
@@ -100,6 +132,11 @@ class SlewProfile:
         """Seconds of its shortest phase; infinite where there is none."""
         return min((phase.duration for phase in self.phases), default=math.inf)
 
+    @property
+    def can_be_sent(self) -> bool:
+        """Whether each of its phases is long enough to be made of the digits of two nodes."""
+        return self.shortest >= SHORTEST_S
+
     @cached_property
     def _begins(self) -> tuple[float, ...]:
         return tuple(accumulate((phase.duration for phase in self.phases), initial=0.0))
@@ -107,100 +144,84 @@ class SlewProfile:
 
 def on_grid(time: float) -> float:
     """The nearest time of the grid on which nodes lie."""
-    return round(time * _GRID) / _GRID
+    return round(time / GRID_S) * GRID_S
 
 
-def solve(
-    start: float, start_rate: float, end: float, end_rate: float, velocity: float, acceleration: float, jerk: float
-) -> SlewProfile:
-    """The quickest way that can be sent.
-
-    Parameters
-    ----------
-    start, start_rate, end, end_rate : float
-        Degrees, degrees per second; without acceleration at both ends.
-    velocity, acceleration, jerk : float
-        The limits of the axis.
-
-    Raises
-    ------
-    ApoError
-        The end moves faster than the axis may; there is no library to solve it.
-    """
-    found = quickest(start, start_rate, end, end_rate, Limits(velocity, acceleration, jerk))
-    if found.shortest >= SHORTEST_S:
-        return found
-    tried = (
-        quickest(start, start_rate, end, end_rate, limits)
-        for limits in _lower(Limits(velocity, acceleration, jerk), (start_rate, end_rate))
-    )
-    best = min((each for each in tried if each.shortest >= SHORTEST_S), key=lambda each: each.duration, default=None)
-    if best is not None:
-        return best
-    scale = 1.0
-    for _ in range(_TRIES):
-        scale *= _SLOWER
-        slow = Limits(velocity, acceleration * scale**2, jerk * scale**3)
-        found = quickest(start, start_rate, end, end_rate, slow)
-        if found.shortest >= SHORTEST_S:
-            break
-    return found
-
-
-def quickest(start: float, start_rate: float, end: float, end_rate: float, limits: Limits) -> SlewProfile:
+def quickest(slew: Slew, limits: Limits) -> SlewProfile:
     """The quickest way within limits times 0.999, whatever its phases.
 
+    It is solved as the line sees it, where the end moves with `end_rate` only.
+
     Raises
     ------
     ApoError
-        As for `solve`.
+        The end moves faster than 0.999 of the axis's top speed; there is no library to solve it.
     """
-    v, a, j = (limit * MARGIN for limit in limits)
-    if abs(end_rate) > limits.velocity:
+    fastest = limits.velocity * MARGIN
+    if abs(slew.last_rate) > fastest:
+        raise ApoError(too_fast(slew.last_rate, limits))
+    line = slew.onto
+    rate = slew.start_rate - line.rate
+    if slew.start == line.position and rate == slew.end_rate:
+        return SlewProfile((), ProfileNode(0.0, slew.start, slew.start_rate))
+    least = fastest * _LEAST
+    ruckig = _ruckig()
+    wanted = ruckig.InputParameter(1)
+    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = [0.0], [rate], [0.0]
+    wanted.target_position, wanted.target_velocity = [line.position - slew.start], [slew.end_rate]
+    wanted.min_velocity, wanted.max_velocity = [min(-fastest - line.rate, -least)], [max(fastest - line.rate, least)]
+    wanted.max_acceleration, wanted.max_jerk = [limits.acceleration * MARGIN], [limits.jerk * MARGIN]
+    way = ruckig.Trajectory(1)
+    try:
+        result = ruckig.Ruckig(1).calculate(wanted, way)
+    except ruckig.RuckigError:
+        result = ruckig.Result.Error
+    if result != ruckig.Result.Working:
         raise ApoError(
-            f"the target moves at {end_rate:.6g}°/s, and the axis at up to {limits.velocity:g}°/s: it cannot be met"
+            f"no way was found from {slew.start:.6f}° at {slew.start_rate:.6g}°/s to {line.position:.6f}° at "
+            f"{slew.last_rate:.6g}°/s ({result}); `stop`, then go from rest"
         )
-    if start == end and start_rate == end_rate:
-        return SlewProfile((), ProfileNode(0.0, end, end_rate))
-    wanted = _ruckig().InputParameter(1)
-    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = [0.0], [start_rate], [0.0]
-    wanted.target_position, wanted.target_velocity = [end - start], [end_rate]
-    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = [max(v, abs(end_rate))], [a], [j]
-    way = _ruckig().Trajectory(1)
-    result = _ruckig().Ruckig(1).calculate(wanted, way)
-    if result != _ruckig().Result.Working:
-        raise ApoError(
-            f"no way was found from {start:.6f}° at {start_rate:.6g}°/s to {end:.6f}° at {end_rate:.6g}°/s: {result}"
-        )
-    phases, position, rate, total = [], start, start_rate, 0.0
-    for duration, acceleration, jerk in _phases(way.profiles[0][0]):
-        phase = Cubic(position, rate, acceleration, jerk, duration)
-        position, rate = phase.at(duration)
-        phases.append(phase)
-        total += duration
-    return SlewProfile(tuple(phases), ProfileNode(total, end, end_rate))
+    return profile(slew, _phases(way.profiles[0][0]))
 
 
-def _phases(profile: "ruckig.Profile") -> Iterator[tuple[float, float, float]]:
-    """Duration, first acceleration and jerk of each phase that is one; at first what slows it to the limit."""
-    brake = profile.brake
-    told = (*zip(brake.t, brake.a, brake.j, strict=True), *zip(profile.t, profile.a, profile.j, strict=False))
-    merged: list[tuple[float, float, float]] = []
-    for duration, acceleration, jerk in told:
+def profile(slew: Slew, phases: Sequence[Phase]) -> SlewProfile:
+    """The way that a slew's phases make."""
+    made = []
+    position, rate, acceleration = slew.start, slew.start_rate, 0.0
+    for duration, jerk in phases:
+        cubic = Cubic(position, rate, acceleration, jerk, duration)
+        position, rate = cubic.at(duration)
+        acceleration += jerk * duration
+        made.append(cubic)
+    total = math.fsum(phase.duration for phase in phases)
+    return SlewProfile(tuple(made), ProfileNode(total, slew.onto.position + slew.onto.rate * total, slew.last_rate))
+
+
+def too_fast(rate: float, limits: Limits) -> str:
+    """That a target cannot be met."""
+    return (
+        f"the target moves at {rate:.6g}°/s, and the axis may be planned with {MARGIN:g} of {limits.velocity:g}°/s: "
+        "it cannot be met; wait until it is slower"
+    )
+
+
+def _phases(way: "ruckig.Profile") -> list[Phase]:
+    """The phases that are some; at first what slows an axis to its limit."""
+    told = (*zip(way.brake.t, way.brake.j, strict=True), *zip(way.t, way.j, strict=True))
+    merged: list[Phase] = []
+    nothing = 0.0  # seconds of phases that are none; they pass in the next one, for at speed even they are a way
+    for duration, jerk in told:
         if duration <= _NOTHING_S:
+            nothing += duration
             continue
-        if merged and merged[-1][2] == jerk:  # one phase in two
-            merged[-1] = merged[-1][0] + duration, merged[-1][1], jerk
+        if merged and merged[-1].jerk == jerk:  # one phase in two
+            merged[-1] = Phase(merged[-1].duration + duration + nothing, jerk)
         else:
-            merged.append((duration, acceleration, jerk))
-    yield from merged
-
-
-def _lower(limits: Limits, rates: tuple[float, float]) -> Iterator[Limits]:
-    """Slightly lower limits; a top speed that is one that it has already needs no phase to reach it."""
-    speeds = {limits.velocity, *(abs(rate) / MARGIN for rate in rates if 0.9 < abs(rate) / limits.velocity <= 1.0)}
-    for speed, slower, lower, softer in product(sorted(speeds), (1.0, 0.97), _LOWER, _LOWER):
-        yield Limits(speed * slower, limits.acceleration * lower, limits.jerk * softer)
+            merged.append(Phase(duration + nothing, jerk))
+        nothing = 0.0
+    if merged:
+        merged[-1] = Phase(merged[-1].duration + nothing, merged[-1].jerk)
+    return merged
 
 
 def _ruckig() -> "ruckig":

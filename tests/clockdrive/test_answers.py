@@ -88,6 +88,17 @@ def test_angles_and_rates_are_quantities_of_both_axes(tmp_path):
             assert answer.rates.unit == units.arcsec / units.s
 
 
+def test_the_field_of_an_altazimuth_mount_turns_as_textbooks_say(tmp_path):
+    with telescope(tmp_path, mount__type="altaz-fork", site__weather__refraction=False) as scope:
+        for answer in (scope.rates("best"), scope.plan("best")):
+            place, latitude = answer.observed, math.radians(scope.configuration.site.latitude_deg)
+            turn = math.cos(latitude) * math.cos(place.az.rad) / math.cos(place.alt.rad) * 360.0 / 23.9344696
+            print(f"{answer.field_rotation:.5f}, ω cos φ cos A / cos E {turn:.5f} deg / h")
+            assert answer.field_rotation.to_value("deg/h") == pytest.approx(turn, rel=1e-4)  # nutation, aberration
+        ahead = scope.plan(Overhead(T0 + 900.0, math.radians(60.0), math.radians(3.0)))
+        assert math.isnan(ahead.field_rotation.value)
+
+
 def test_the_true_place_of_the_simulator_is_compared_with_a_target_in_one_frame(tmp_path):
     with telescope(tmp_path, simulator__collimation_arcsec=180.0) as scope:
         star = star_at(scope, 120.0, 50.0)

@@ -3,6 +3,10 @@
 import threading
 import time
 
+import numpy as np
+import pytest
+from astropy.time import Time
+
 from clockdrive.clock import SystemClock, VirtualClock
 
 
@@ -35,3 +39,11 @@ def test_the_system_clock_gives_posix_seconds_and_does_not_wait_for_the_past():
     clock.sleep(-1.0)
     clock.sleep(0.001)
     assert before + 0.001 <= clock.now() <= before + 5.0
+
+
+def test_a_virtual_clock_stands_at_the_moment_given_in_whatever_scale():
+    utc = Time("2026-11-24T22:00:00", scale="utc")
+    for start in (utc, utc.tdb, np.float64(1_795_557_600.0), 1_795_557_600):
+        now = VirtualClock(start).now()
+        assert type(now) is float
+        assert now == pytest.approx(1_795_557_600.0, abs=1e-6)

@@ -15,7 +15,7 @@ from pointing.limits import Horizon, Limits
 from pointing.vectors import azimuth_altitude, from_azimuth_altitude, longitude_latitude
 from transports.errors import LinkError
 
-N = 8
+N = 6
 CROOKED = {
     "mount__type": "german",
     "simulator__misalignment_x_arcsec": 900.0,
@@ -100,19 +100,14 @@ def assert_the_true_mount(report, within_arcsec=2.0):
         assert found[name] == pytest.approx(arcsec, abs=within_arcsec), found
 
 
-def test_every_place_is_seen_once_and_the_fit_is_the_true_mount(scope):
+def test_every_place_is_seen_once_and_kept_with_what_a_fit_needs_at_any_time(scope):
+    scope.offset(30.0, -20.0)
     told = Told()
-    report = scope.pointing_run(N, watch=told)
+    report = scope.pointing_run(N, name="kept", watch=told)
     assert told.of("slewing") == told.of("looking") == told.of("observed") == list(range(1, N + 1))
     assert scope.status()["doing"] == "idle"
     assert not moved(scope)
     assert_the_true_mount(report)
-    print(report.text)
-
-
-def test_an_observation_keeps_what_a_fit_needs_at_any_time(scope):
-    scope.offset(30.0, -20.0)
-    scope.pointing_run(N, name="kept")
     for seen in scope.runs["kept"].observations:
         angles = scope._session.planner.angles(seen.counts)
         assert [math.degrees(angle) for angle in angles] == pytest.approx(seen.axes_deg, abs=1e-12)
@@ -121,18 +116,16 @@ def test_an_observation_keeps_what_a_fit_needs_at_any_time(scope):
         assert seen.in_force["offset_east_arcsec"] == 30.0
         assert seen.in_force["pointing_model_arcsec"] is None
         assert seen.masked == ""
+    print(report.text)
 
 
-def test_the_fit_does_not_depend_on_the_model_with_which_the_telescope_was_sent_there(tmp_path):
+def test_the_fit_does_not_depend_on_the_model_with_which_the_telescope_was_sent_there(scope):
     found = []
-    for model in (False, True):
-        with telescope(tmp_path / str(model), **CROOKED) as scope:
-            if model:
-                scope.use_model(scope.pointing_run(N, name="first").fit)
-            report = scope.pointing_run(N, name="second")
-            in_force = report.stored.observations[0].in_force["pointing_model_arcsec"]
-            assert (in_force is not None) is model
-            found.append({each.name: each.arcsec for each in report.fit.coefficients})
+    for name in ("without", "with"):
+        report = scope.pointing_run(N, name=name)
+        assert (report.stored.observations[0].in_force["pointing_model_arcsec"] is not None) is (name == "with")
+        found.append({each.name: each.arcsec for each in report.fit.coefficients})
+        scope.use_model(report)
     apart = {name: found[1][name] - found[0][name] for name in found[0]}
     print({name: f"{off:+.3f}″" for name, off in apart.items()})
     assert max(map(abs, apart.values())) < 1.0  # counts are whole, 0.9″
@@ -141,9 +134,9 @@ def test_the_fit_does_not_depend_on_the_model_with_which_the_telescope_was_sent_
 BAD_LOOKS = {
     2: (fails, "the plate solver found no stars"),
     3: (crashes, "the witness failed: ZeroDivisionError"),
-    5: (is_astray, "from where the telescope believes to point, at most 5° are believed"),
-    6: (is_no_number, "the witness saw it nan° from where"),
-    8: (is_of_tomorrow, "the time of the exposure is of no use"),
+    4: (is_astray, "from where the telescope believes to point, at most 5° are believed"),
+    5: (is_no_number, "the witness saw it nan° from where"),
+    6: (is_of_tomorrow, "the time of the exposure is of no use"),
 }
 
 
@@ -160,10 +153,10 @@ def test_a_bad_look_skips_its_place_with_the_reason_and_the_place_is_tried_once_
 
 
 def test_what_fails_again_stays_skipped_with_its_reason_and_the_others_are_fitted(scope):
-    report = scope.pointing_run(N, Witness(scope, dict.fromkeys((4, 7, N + 1, N + 2), fails)))
+    report = scope.pointing_run(N + 2, Witness(scope, dict.fromkeys((4, 7, N + 3, N + 4), fails)))
     assert [each.number for each in report.stored.skipped] == [4, 7]
     assert {each.reason for each in report.stored.skipped} == {"the plate solver found no stars"}
-    assert len(report.stored.observations) == N - 2
+    assert len(report.stored.observations) == N
     assert any("2 places were skipped" in each for each in report.recommendation)
     assert_the_true_mount(report)
 
@@ -188,12 +181,12 @@ def test_a_witness_that_never_sees_anything_ends_the_run_early_and_it_is_resumed
 def test_too_few_stars_are_said_and_not_fitted(scope):
     from clockdrive.run_report import TooFewStars
 
-    with pytest.raises(TooFewStars, match=r"has 3 stars that take part, 5 places were skipped; a fit needs 6"):
+    with pytest.raises(TooFewStars, match=r"has 3 stars that take part, 3 places were skipped; a fit needs 6"):
         scope.pointing_run(N, Witness(scope, lambda look: None if look <= 3 else fails), name="short")
     assert len(scope.runs["short"].observations) == 3
 
 
-@pytest.mark.parametrize("state", ["slewing", "looking", "observed"])
+@pytest.mark.parametrize("state", ["slewing", "observed"])
 def test_a_stop_ends_the_run_at_once_and_resuming_goes_on_there(state, scope):
     told = Told((5, state), scope.stop)
     with pytest.raises(Refused, match="stopped by command"):

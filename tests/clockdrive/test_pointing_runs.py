@@ -126,11 +126,11 @@ def synchronised_beside(scope, arcsec):
 
 def test_a_run_that_is_appended_to_after_a_sync_uses_all_its_stars_and_the_model_points_today(tmp_path):
     with telescope(tmp_path, **CROOKED) as scope:
-        scope.pointing_run(8, name="long")
+        scope.pointing_run(6, name="long")
         synchronised_beside(scope, 700.0)
-        report = scope.pointing_run(8, name="long", append=True)
-        assert report.fit.n == 16
-        assert len({(each.place.azimuth, each.place.altitude) for each in report.stored.places}) == 16
+        report = scope.pointing_run(6, name="long", append=True)
+        assert report.fit.n == 12
+        assert len({(each.place.azimuth, each.place.altitude) for each in report.stored.places}) == 12
         scope.use_model(report)
         star = star_at(scope, 60.0, 40.0)
         scope.goto(star)
@@ -147,7 +147,7 @@ def test_a_run_that_is_appended_to_after_a_sync_uses_all_its_stars_and_the_model
 def test_a_model_of_an_old_run_is_fitted_for_todays_zero_points(tmp_path):
     """Run, then a sync that is wrong by 700″, then a fit: it takes the sync back, and the telescope points."""
     with telescope(tmp_path, **CROOKED) as scope:
-        scope.pointing_run(8, name="old")
+        scope.pointing_run(6, name="old")
         synchronised_beside(scope, 700.0)
         scope.use_model(scope.runs.report("old"))
         star = star_at(scope, 60.0, 40.0)
@@ -156,6 +156,23 @@ def test_a_model_of_an_old_run_is_fitted_for_todays_zero_points(tmp_path):
         off = math.hypot(*Sky(scope).off(star))
     print(f"{off:.2f}″ off")
     assert off < 2.0
+
+
+def test_stars_from_before_a_power_cycle_take_no_part_as_nobody_knows_what_their_angles_mean_now(tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.pointing_run(6, name="long")
+        scope.simulator.power_cycle()
+        scope.wait(5.0)
+        with pytest.raises(Refused, match="not synchronised"):
+            scope.pointing_run(6, name="long", append=True)
+        assert len(scope.runs["long"].places) == 6
+        scope.sync(Sky(scope).solution(), force=True)
+        alone = scope.runs.report("long")
+        report = scope.pointing_run(6, name="long", append=True)
+    assert any("put its model in force, then `sync` on a star" in each for each in alone.recommendation)
+    assert alone.fit.n == 6
+    assert report.fit.run.kept.tolist() == [False] * 6 + [True] * 6
+    assert any("6 stars take no part: seen before the position was lost" in each for each in report.recommendation)
 
 
 def test_runs_are_refused_where_they_would_mean_nothing(tmp_path):

@@ -17,6 +17,7 @@ from clockdrive.state import (
     Position,
     StateStore,
     Synchronisation,
+    Zero,
 )
 
 WRITER = """
@@ -88,6 +89,27 @@ def test_synchronising_makes_the_last_position_trustworthy(store):
     assert store.last_position() == Position(3.0, (11.0, 21.0))
     assert [s.origin for s in store.synchronisations()] == ["sync on Deneb", "sync on Vega"]
     assert len(store.synchronisations(limit=1)) == 1
+
+
+def test_syncs_add_up_by_how_much_they_moved_the_axes_until_the_position_is_lost(store):
+    assert store.zero() == Zero(0, (0.0, 0.0))
+    store.record_synchronisation(Synchronisation(2.0, (10.0, 20.0), 1.0, "Vega"), (0.25, -0.5))
+    store.record_synchronisation(Synchronisation(3.0, (11.0, 21.0), 1.0, "Deneb"), (0.5, 0.125))
+    with reopened(store) as again:
+        assert again.zero() == Zero(0, (0.75, -0.375))
+        again.record_synchronisation(Synchronisation(4.0, (12.0, 22.0), 1.0, "Altair"))
+        assert again.zero() == Zero(1, (0.0, 0.0))
+        with StateStore(again.path.parent, "another") as other:
+            assert other.zero() == Zero()
+
+
+def test_a_pointing_model_put_in_force_is_remembered_until_it_is_cleared(store):
+    assert store.model() is None
+    store.record_model("kept", 5.0)
+    with reopened(store) as again:
+        assert again.model() == "kept"
+        again.clear_model()
+        assert again.model() is None
 
 
 def test_an_activity_ends_or_is_superseded(store):

@@ -60,6 +60,31 @@ def slewing(started, served, run):
     return wait
 
 
+def test_a_pointing_run_of_another_process_is_stopped_from_a_third_and_goes_on_later(
+    started, written, answer, eventually
+):
+    """The owner moves the telescope, a command takes the run, a third stops it: what was begun is there to go on."""
+    file = written("sim:")
+    owner = started("-c", file, "run")
+    owner.until("owning the telescope")
+    taking = started("-c", file, "pointing-run", "--name", "night", "--stars", "6", "--settle", "0")
+    eventually(lambda: answer("-c", file, "status")["doing"] == "slewing")
+    assert answer("-c", file, "stop")["ok"]
+    assert taking.ended() == 1
+    assert "stopped by command" in taking.text
+    assert answer("-c", file, "status")["doing"] == "idle"
+    kept = answer("-c", file, "pointing-run", "show", "night")["run"]
+    assert kept["planned"] + kept["observed"] == 6
+    assert kept["planned"] > 0
+    again = started("-c", file, "pointing-run", "resume", "--settle", "0")
+    eventually(lambda: answer("-c", file, "status")["doing"] == "slewing")
+    again.signal(signal.SIGINT)
+    assert again.ended() == 130
+    assert "what was seen is kept; `pointing-run resume` goes on with it" in again.text
+    eventually(lambda: answer("-c", file, "status")["doing"] == "idle")
+    assert owner.popen.poll() is None
+
+
 def test_status_and_stop_reach_a_goto_from_another_terminal(slewing, served, answer, eventually, still):
     process = slewing(eventually)
     assert answer("-c", served.file, "status")["doing"] == "slewing"

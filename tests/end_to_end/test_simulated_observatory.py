@@ -17,7 +17,7 @@ from pointing.instant import Instant
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 CHECKED = 100
-DRIVEN = CHECKED if FULL else 5  # gotos that are really made; the others are worked out for the same axis angles
+DRIVEN = CHECKED if FULL else 2  # gotos that are really made; the others are worked out for the same axis angles
 WORM, TOOTH = 5.0, 285  # 10″ peak to peak, that many a turn
 NOISE = 2.0
 TILT = 3600.0 / math.sqrt(2.0)  # a degree in all

@@ -1,0 +1,143 @@
+"""`clockdrive pointing-run`: a run is taken, resumed, looked at, fitted, masked, put in force and handed on."""
+
+import json
+
+import numpy as np
+import pytest
+from simulated_runs import TRUTH, simulated_run
+
+from clockdrive.cli import main
+from clockdrive.clock import VirtualClock
+from pointing.model.tpoint_file import write_tpoint
+
+CONFIGURATION = """
+[site]
+latitude_deg = -42.4
+longitude_deg = 173.7
+[mount]
+type = "german"
+[limits]
+sun_avoidance_deg = 0.0
+[simulator]
+misalignment_x_arcsec = 900
+collimation_arcsec = 180
+[axis1]
+acceleration_register = 255
+deceleration_register = 255
+[axis2]
+acceleration_register = 255
+deceleration_register = 255
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """The command on the embedded simulator, whose nights pass at once; each command begins where the last ended."""
+    clock = VirtualClock(1.8e9)
+    (tmp_path / "telescope.toml").write_text(CONFIGURATION, encoding="utf-8")
+    monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("clockdrive.telescope.SystemClock", lambda: clock)
+
+    def runs(*words, command="pointing-run"):
+        code = main(["-c", "telescope.toml", command, *words])
+        done = capsys.readouterr()
+        assert "Traceback" not in done.err, done.err
+        return code, done.out, done.err
+
+    return runs
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "run.dat"
+    write_tpoint(simulated_run("german", -42.4, TRUTH["german"], 30, np.random.default_rng(5)).run, path)
+    return path.name
+
+
+def told(out):
+    return json.loads(out)
+
+
+def test_a_run_is_taken_appended_to_applied_and_shown_by_the_status(run, tmp_path):
+    code, out, err = run("--name", "night", "--stars", "6", "-o", "model.mod", "--apply")
+    assert code == 0, err
+    assert err.count(": observed, ") == 6
+    assert "CH" in out
+    assert "written: model.mod" in out
+    assert "the telescope points with this model now; `clockdrive offset clear pointing model` ends that" in out
+    assert (tmp_path / "model.mod").read_text(encoding="utf-8").startswith("night")
+    code, out, _ = run("--json", command="status")
+    (row,) = [each for each in told(out)["corrections"] if each["name"] == "pointing model"]
+    assert row["terms_arcsec"]["CH"] == pytest.approx(180.0, abs=1.0)
+    assert row["terms_arcsec"]["MA"] == pytest.approx(-900.0, abs=1.0)
+    code, out, _ = run("append", "night", "--stars", "6", "--json")
+    answer = told(out)
+    assert (code, answer["ok"], answer["n"], answer["run"]["observed"]) == (0, True, 12, 12)
+    assert answer["cross_validation_arcsec"] < 5.0
+    assert answer["recommendation"]
+    assert run("clear", "pointing", "model", command="offset")[0] == 0
+    assert not [each for each in told(run("--json", command="status")[1])["corrections"] if "terms_arcsec" in each]
+
+
+def test_an_interrupted_run_says_how_it_goes_on_and_does(run, monkeypatch):
+    from clockdrive import run_calls
+
+    tell, seen = run_calls._told, []
+
+    def interrupted(progress):
+        seen.append(progress.number)
+        if progress.number == 4 and progress.state == "looking" and seen.count(4) == 2:
+            raise KeyboardInterrupt
+        return tell(progress)
+
+    monkeypatch.setattr(run_calls, "_told", interrupted)
+    code, _, err = run("--name", "night", "--stars", "6")
+    assert code == 130
+    assert "what was seen is kept; `pointing-run resume` goes on with it" in err
+    assert "night: equatorial, 3 observed, 3 to go: resume it" in run("list")[1]
+    code, out, err = run("resume", "--json")
+    assert code == 0, err
+    assert told(out)["run"]["observed"] == 6
+    assert seen[-1] == 6
+
+
+def test_a_file_is_imported_listed_shown_fitted_masked_and_exported(run, file):
+    assert run("import", "old", file, "--places", "observed")[0] == 0
+    assert run("list")[1].strip() == "old: equatorial, 30 observed"
+    code, out, _ = run("fit", "old", "--terms", "IH ID CH NP MA ME TF", "--json")
+    found = {row["name"]: row["arcsec"] for row in told(out)["terms"]}
+    assert code == 0
+    assert all(found[name] == pytest.approx(arcsec, abs=8.0) for name, arcsec in TRUTH["german"].items())
+    assert run("mask", "old", "3,7", "--reason", "a gust")[0] == 0
+    assert told(run("show", "old", "--json")[1])["run"]["masked"] == [3, 7]
+    assert run("unmask", "old", "3")[0] == 0
+    _, out, err = run("worst", "old", "--count", "2", "--json")
+    assert "clockdrive: masked " in err
+    assert len(told(out)["run"]["masked"]) == 3
+    assert run("export", "old", "out.ecsv")[1].strip() == "written: out.ecsv"
+    assert run("import", "copy", "out.ecsv")[0] == 0
+    assert (
+        told(run("list", "--json")[1])["runs"][1]["masked"] == told(run("show", "old", "--json")[1])["run"]["masked"]
+    )
+    assert run("forget", "old")[1].strip() == "old is deleted"
+    assert run("list")[1].startswith("copy:")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("show", "nobody"), 2, "this telescope has no pointing runs: `clockdrive pointing-run` makes one"),
+        (("mask", "night"), 2, "give the run, and observations counted from 0"),
+        (("import", "night"), 2, "give a name for the run, and the file"),
+        (("export", "night"), 2, "give the run, and a file that ends in .ecsv or .dat"),
+        (("forget",), 2, "say which run to delete"),
+        (("--witness", "nobody"), 1, "no witness 'nobody'; there is"),
+        (("--witness", "encoders"), 2, "encoders see no sky"),
+        (("--stars", "0"), 1, "a run of 0 places: 1 to 1000 are possible"),
+        (("--stars", "6", "-o", "nowhere/model.mod"), 1, "there is no folder 'nowhere'"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_sentence_before_anything_moves(run, words, code, says):
+    found, out, err = run(*words)
+    assert (found, says in err, out) == (code, True, ""), err

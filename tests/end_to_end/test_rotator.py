@@ -1,0 +1,110 @@
+"""A telescope with a rotator from command to sky: a second star 1° off the axis stays where it is in the field."""
+
+import math
+import os
+from datetime import datetime
+
+import numpy as np
+import pytest
+from apo_bench import APACHE_POINT, ApoWitness, apo_telescope
+from rotator_bench import erfas, focal_plane, in_the_field, ring
+from telescope_bench import star_at
+
+from clockdrive.errors import ArgumentError, Refused
+from pointing.errors import Unreachable
+
+SPAN_S = 3600.0 if os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full" else 240.0
+KINDS = ("apo", "sdss")
+
+
+def in_field(scope, star, angle):
+    """Where a star 1° off the target stands in the field of the true axes and the true rotator, arcseconds."""
+    time = scope.clock.now()
+    scope.simulator.advance(time)
+    one, two, turned = (math.radians(scope.simulator.true_position(i)) for i in (1, 2, 3))
+    planner = scope._session.planner
+    site, place = planner.sky.site, (APACHE_POINT["site.latitude_deg"], APACHE_POINT["site.longitude_deg"])
+    ra, dec = ring(star, 1.0, [angle])
+    seen = erfas(ra, dec, site.weather, time, (*place, APACHE_POINT["site.height_m"]))
+    return in_the_field(seen[0], focal_plane(planner, one, two, turned, {}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_field_is_held_to_a_tenth_of_an_arcsecond_1_degree_off_axis(kind, tmp_path):
+    with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:
+        witness, angle = ApoWitness(scope), math.radians(40.0)
+        star = star_at(scope, 140.0, 60.0, scope.clock.now() + 60.0)
+        arrival = scope.goto(star, position_angle_deg=40.0)
+        assert arrival["rotator"]["held_deg"] == pytest.approx(40.0)
+        across = []
+        for _ in range(20):
+            across.append(in_field(scope, star, angle)[0])
+            scope.wait(SPAN_S / 20)
+        print(f"{kind}: in {SPAN_S:g} s a star 1° off leaves its direction by {np.abs(across).max():.4f}″ at most")
+        assert np.abs(across).max() < 0.1
+        found = scope.status()
+        assert found["rotator"]["position_angle_deg"] == pytest.approx(40.0, abs=1e-4)
+        assert found["rotator"]["rate_deg_s"] == pytest.approx(found["field_rotation_deg_s"], rel=0.02)
+        assert not witness.dry()
+        assert not found["trouble"]
+
+
+def test_what_is_not_asked_for_is_as_configured_and_park_takes_the_rotator_along(tmp_path):
+    with apo_telescope(
+        "apo", tmp_path, rotator__mode="horizon", rotator__position_angle_deg=25.0, rotator__park_deg=-60.0
+    ) as scope:
+        star = star_at(scope, 200.0, 50.0, scope.clock.now() + 60.0)
+        plan = scope.plan(star)
+        assert (plan["rotator"]["mode"], plan["rotator"]["held_deg"]) == ("horizon", pytest.approx(25.0))
+        assert plan["rotator"]["angle_deg"] == pytest.approx(25.0)
+        assert scope.plan(star, rotator="mount", position_angle_deg=-10.0)["rotator"]["target_deg"] == -10.0
+        assert "field_rotation_deg_s" in scope.rates(star).json
+        scope.goto(star, rotator="mount", position_angle_deg=12.0)
+        assert scope.status()["rotator"]["angle_deg"] == pytest.approx(12.0, abs=1e-6)
+        scope.offset(20.0, -10.0)
+        scope.wait(20.0)
+        assert scope.status()["doing"] == "tracking"
+        assert scope.status()["rotator"]["mode"] == "mount"
+        parked = scope.park()
+        assert parked["rotator"]["target_deg"] == pytest.approx(-60.0)
+        assert scope.status()["rotator"]["angle_deg"] == pytest.approx(-60.0, abs=1e-6)
+        assert scope.status()["rotator"]["mode"] is None
+
+
+def test_tracking_ends_at_the_rotators_limit_as_it_was_foretold_and_another_angle_can_be_held(tmp_path):
+    with apo_telescope("apo", tmp_path, rotator__min_deg=-100.0, rotator__max_deg=150.0) as scope:
+        star = star_at(scope, 165.0, 78.0, scope.clock.now() + 60.0)
+        rates = scope.rates(star)["rotator"]
+        assert rates["rate_deg_s"] < 0.0
+        held = -96.0 - rates["angle_deg"]  # so that it arrives a degree or two from the end of its travel
+        arrival = scope.goto(star, position_angle_deg=held)
+        foretold, limit = scope.status()["next_limit"], arrival["rotator"]["next_limit"]
+        assert foretold["name"] == limit["name"] == "rotator soft limit"
+        while scope.status()["doing"] == "tracking":
+            scope.wait(5.0)
+        late = scope.clock.now() - datetime.fromisoformat(foretold["utc"]).timestamp()
+        assert -10.5 <= late < 7.0  # the controllers are given the path ten seconds ahead
+        trouble = scope.status()["trouble"]
+        print(f"{late:+.1f} s from what was foretold: {trouble}")
+        assert "rotator" in trouble
+        assert "-100° to 150°" in trouble
+        assert "`goto`" in trouble
+        with pytest.raises(Unreachable, match=r"rotator.* outside"):
+            scope.goto(star, position_angle_deg=held)
+        scope.goto(star, position_angle_deg=held + 90.0)
+        assert scope.status()["doing"] == "tracking"
+
+
+def test_what_no_rotator_can_do_is_refused_before_anything_moves(tmp_path):
+    with apo_telescope("sdss", tmp_path / "with", rotator__min_deg=-90.0, rotator__max_deg=90.0) as scope:
+        star = star_at(scope, 200.0, 50.0, scope.clock.now() + 60.0)
+        with pytest.raises(Unreachable, match=r"150° on the mount, at 150\.000° is 60\.000° outside"):
+            scope.goto(star, rotator="mount", position_angle_deg=150.0)
+        with pytest.raises(ArgumentError, match="use one of sky, horizon, mount"):
+            scope.goto(star, rotator="star")
+        assert scope.status()["doing"] == "idle"
+    with (
+        apo_telescope("sdss", tmp_path / "without") as scope,
+        pytest.raises(Refused, match=r"no rotator: a table \[rotator\]"),
+    ):
+        scope.goto(star, position_angle_deg=1.0)
