@@ -26,9 +26,7 @@ def test_a_segment_is_the_curve_of_its_control_points():
             told = between((0.0, *begin), (duration, *end), duration * k / 10.0)
             off = [abs(a - b) / digit for a, b in zip(segment.at(duration * k / 10.0), told, strict=True)]
             worst = max(worst[0], off[0]), max(worst[1], off[1] * duration)
-    print(
-        f"de Casteljau within {worst[0]:.1f} last digits in place, {worst[1]:.1f} over the time in velocity"
-    )
+    print(f"de Casteljau within {worst[0]:.1f} last digits in place, {worst[1]:.1f} over the time in velocity")
     assert worst[0] <= 8.0
     assert worst[1] <= 16.0
 
