@@ -236,6 +236,10 @@ class ControlledAxis:
         """Forget what was latched: INIT has cleared it."""
         self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
 
+    def let_expire(self) -> None:
+        """Leave the axis alone with what it was given: that its path runs out is wanted."""
+        self._forget_path()
+
     def _forget_path(self) -> None:
         self._waiting.clear()
         self.queue.clear()

@@ -82,6 +82,11 @@ class ApoDrive:
         self._heard = [-math.inf] * len(axes)
 
     @property
+    def axes(self) -> tuple[ControlledAxis, ...]:
+        """The axes, for what this driver has no word of."""
+        return self._axes
+
+    @property
     def capabilities(self) -> Capabilities:
         """It has a position and a stop, takes nodes, and drifts on alone."""
         return Capabilities(
