@@ -58,6 +58,8 @@ class RunReport:
         Sky RMS with the zero points of the axes alone.
     notes : tuple of str
         What losses of the position mean for this run, a sentence each.
+    registers : tuple of float
+        The mount registers X and Y on which the model comes, radians.
     """
 
     stored: StoredRun
@@ -66,6 +68,7 @@ class RunReport:
     cross_validation_arcsec: float
     before_arcsec: float
     notes: tuple[str, ...] = ()
+    registers: tuple[float, float] = (0.0, 0.0)
 
     @property
     def name(self) -> str:
@@ -177,7 +180,7 @@ def report_of(
     return RunReport(
         stored, run, fitted,
         cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
-        _notes(stored, zero),
+        _notes(stored, zero), registers,
     )  # fmt: skip
 
 

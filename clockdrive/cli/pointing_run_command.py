@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
-from clockdrive.cli.backend import Backend, backend, configuration_of
+from clockdrive.cli.backend import Backend, backend, configuration_of, running
 from clockdrive.cli.fit_command import (
     add_file_options,
     add_fit_options,
@@ -22,6 +22,7 @@ from clockdrive.cli.fit_command import (
     write_results,
 )
 from clockdrive.cli.spoken import spoken
+from clockdrive.configuration import Configuration, load
 from clockdrive.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,11 +67,21 @@ def pointing_run(args: argparse.Namespace) -> None:
     """Take a run, or do something with a kept one."""
     if args.action in _TAKING:
         _take(args)
-        return
+    elif args.action == "fit" and args.apply:
+        _fit_and_apply(args)
+    else:
+        configuration = configuration_of(args.config)
+        with _kept(configuration, running(configuration)) as runs:
+            _KEPT[args.action](args, runs)
+
+
+def _kept(configuration: Configuration, telescope: Backend | None) -> "PointingRuns":
+    """The kept runs: with what is in force in a telescope that is open, which its files need not tell."""
     from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
-    with PointingRuns.of(configuration_of(args.config)) as runs:
-        _KEPT[args.action](args, runs)
+    if telescope is None:
+        return PointingRuns.of(configuration)
+    return PointingRuns.beside(configuration, telescope.call("run_frame"))
 
 
 def _take(args: argparse.Namespace) -> None:
@@ -93,15 +104,29 @@ def _take(args: argparse.Namespace) -> None:
                 append=args.action == "append",
                 bright=args.bright,
                 settle_s=args.settle,
+                fit=False,
             )
         except KeyboardInterrupt:
             print("clockdrive: what was seen is kept; `pointing-run resume` goes on with it", file=sys.stderr)
             raise
-    args.words = [answer["run"]["name"]]
-    from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - as in `pointing_run`
+        _fitted(args, telescope, answer["run"]["name"], wanted)
 
-    with PointingRuns.of(configuration_of(args.config)) as runs:
-        _show_fit(args, runs.report(args.words[0], wanted))
+
+def _fit_and_apply(args: argparse.Namespace) -> None:
+    """Fit a kept run for what is in force in the telescope, and put it in force there."""
+    name = _one(args.words, "a name")
+    refuse_unwritable(args)
+    wanted = _wanted(args)
+    with backend(args.config, "pointing-run", keep_tracking=True) as telescope:
+        _fitted(args, telescope, name, wanted)
+
+
+def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, wanted: "Wanted | None") -> None:
+    with _kept(load(args.config), telescope) as runs:
+        report = runs.report(name, wanted)
+    if args.apply:
+        _apply(telescope, report)
+    _show_fit(args, report)
 
 
 def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
@@ -210,8 +235,6 @@ def _wanted(args: argparse.Namespace) -> "Wanted | None":
 
 
 def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
-    if args.apply:
-        _apply(args, report)
     if args.json:
         display.as_json({**report.json, "written": list(write_results(args, report.fit))})
         return
@@ -224,12 +247,9 @@ def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
         )
 
 
-def _apply(args: argparse.Namespace, report: "RunReport") -> None:
+def _apply(telescope: Backend, report: "RunReport") -> None:
     """Put the model of a fit in force."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        backend(args.config, "pointing-run", keep_tracking=True) as telescope,
-    ):
+    with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.mod"
         report.fit.save(file)
         telescope.call("use_model", model=str(file))
