@@ -147,14 +147,17 @@ class PointingRuns:
         return run
 
     def write(self, name: str | None, path: str | Path) -> None:
-        """Write a run into a file: ECSV, which keeps all, or TPOINT's where the name ends in `.dat`.
+        """Write a run into a file: ECSV, or TPOINT's where the name ends in `.dat`.
+
+        Places are those of the sky, whatever mount registers are in force; masks, weights and times go along, counts
+        and what was in force do not.
 
         Raises
         ------
         InputError, PointingError
             There is no such run; the file cannot be written.
         """
-        run = self.observations(name)
+        run = pointing_run(self.store.read(name), zero=self._zero())
         if Path(path).suffix == ".ecsv":
             from pointing.model.ecsv_run import write_ecsv  # noqa: PLC0415 - takes astropy along
 
@@ -162,4 +165,6 @@ class PointingRuns:
         elif Path(path).suffix == ".dat":
             write_tpoint(run, path)
         else:
-            raise InputError(f"{path}: name a file that ends in .ecsv, which keeps all, or in .dat, TPOINT's own")
+            raise InputError(
+                f"{path}: name a file that ends in .ecsv, with weights and times, or in .dat, TPOINT's own"
+            )

@@ -121,7 +121,7 @@ def _fit_and_apply(args: argparse.Namespace) -> None:
         _fitted(args, telescope, name, wanted)
 
 
-def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, wanted: "Wanted | None") -> None:
+def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, wanted: "Wanted") -> None:
     with _kept(load(args.config), telescope) as runs:
         report = runs.report(name, wanted)
     if args.apply:
@@ -228,10 +228,18 @@ _KEPT: dict[str, Callable[[argparse.Namespace, "PointingRuns"], None]] = {
 }
 
 
-def _wanted(args: argparse.Namespace) -> "Wanted | None":
-    """How to fit, where somebody says; else the run decides."""
+def _wanted(args: argparse.Namespace) -> "Wanted":
+    """How to fit; where nobody says with which terms, the run decides.
+
+    Raises
+    ------
+    InputError
+        An option makes no sense, or is one of `import`.
+    """
+    if args.places or args.weather:
+        raise InputError("--places and --weather tell how a file is read: give them to `pointing-run import`")
     wanted = wanted_of(args)
-    return None if replace(wanted, pole="true", mask=()) == type(wanted)() else wanted
+    return replace(wanted, by_run=replace(wanted, pole="true", mask=()) == type(wanted)())
 
 
 def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
