@@ -3,7 +3,6 @@
 import argparse
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -22,6 +21,7 @@ from clockdrive.cli.fit_command import (
     write_results,
 )
 from clockdrive.cli.spoken import spoken
+from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
 from clockdrive.configuration import Configuration, load
 from clockdrive.errors import InputError
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TAKING = ("take", "resume", "append")
-_WITNESSES = "simulator | command:PROGRAM | typed"
 
 
 def add_pointing_run(add: Adder) -> None:
@@ -53,7 +52,7 @@ def add_pointing_run(add: Adder) -> None:
     )
     command.add_argument("--name", metavar="NAME", help="of the run to take, resume or append to")
     command.add_argument("--stars", type=int, default=50, metavar="N", help="how many (default 50)")
-    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {_WITNESSES}")
+    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
     command.add_argument("--bright", action="store_true", help="go to bright stars, not to places of the sky")
     command.add_argument("--settle", type=float, default=1.0, metavar="S", help="seconds before a look (default 1)")
     command.add_argument("--count", type=int, default=1, metavar="N", help="how many of the worst to mask")
@@ -89,10 +88,7 @@ def _take(args: argparse.Namespace) -> None:
     refuse_unwritable(args)
     wanted = _wanted(args)
     with backend(args.config, "pointing-run") as telescope:
-        if args.witness == "typed" and telescope.attached:
-            raise InputError(
-                "the witness `typed` needs this command to own the telescope; end the running owner first"
-            )
+        refuse_typed_elsewhere(args.witness, telescope)
         try:
             answer = telescope.call(
                 "pointing_run",
@@ -131,12 +127,10 @@ def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, want
 
 def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
     """Tell of each place, and let the person answer what is asked."""
+    typed = StandardInput()
 
     def show(event: Mapping[str, Any]) -> None:
-        if "ask" in event:
-            print(f"{event['ask']}: ", end="", file=sys.stderr, flush=True)
-            threading.Thread(target=_answer, args=(telescope,), daemon=True).start()
-        elif not quiet and event["state"] in {"observed", "skipped"}:
+        if not typed.asked(telescope, event) and not quiet and event["state"] in {"observed", "skipped"}:
             where = event["star"] or f"azimuth {event['azimuth_deg']:5.1f}° altitude {event['altitude_deg']:4.1f}°"
             said = f"{event['state']}, {event['detail']}"
             print(
@@ -144,10 +138,6 @@ def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]],
             )
 
     return show
-
-
-def _answer(telescope: Backend) -> None:
-    telescope.call("reply", text=sys.stdin.readline())
 
 
 def _list(args: argparse.Namespace, runs: "PointingRuns") -> None:
