@@ -79,23 +79,26 @@ class ModelInForce:
             other mount registers than are in force, which would count twice.
         PointingError
             It is no model of this mount, or has a term of one's own, which no file keeps.
+        StateError
+            It cannot be remembered; what was in force goes on.
         """
         self._require_rest()
         self._require_registers(model)
         store, now = self._session.store, self._session.clock.now()
         if model is None:
-            self._set(None)
             store.record_model(_NONE, now)
+            self._set(None)
+            self._path.unlink(missing_ok=True)
         else:
             fresh = self._path.with_suffix(".new")  # the one that was in force is there until this one is good
             try:
                 self._write(model, fresh)
-                self._set(self._read(fresh))
+                self._read(fresh)
+                store.record_model(_KEPT, now)
                 fresh.replace(self._path)
             finally:
                 fresh.unlink(missing_ok=True)
             self._set(self._read(self._path))
-            store.record_model(_KEPT, now)
         self._told()
 
     def clear(self) -> None:
@@ -107,8 +110,8 @@ class ModelInForce:
             The telescope is not at rest.
         """
         self._require_rest()
-        self._set(self._configured)
         self._session.store.clear_model()
+        self._set(self._configured)
         self._path.unlink(missing_ok=True)
         self._told()
 

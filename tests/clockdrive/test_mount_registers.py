@@ -64,9 +64,7 @@ def test_a_model_fitted_after_a_polar_alignment_has_written_the_registers_does_n
 def test_a_report_fitted_on_other_registers_than_are_in_force_is_not_put_in_force(scope):
     report = scope.pointing_run(8)
     scope.polar_alignment().write_mount()
-    with pytest.raises(
-        Refused, match=r"fitted on top of mount registers of 0.0″ and 0.0″, and 9.*fit the run again"
-    ):
+    with pytest.raises(Refused, match=r"fitted on top of mount registers of 0.0″ and 0.0″, and 9.*fit the run again"):
         scope.use_model(report)
     scope.use_model(scope.runs.report(report.name))
     assert scope.status()["corrections"][2]["name"] == "pointing model"

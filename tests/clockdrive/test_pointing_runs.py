@@ -104,9 +104,7 @@ def test_what_cannot_be_taken_in_or_written_is_said(runs, file, tmp_path):
         runs.take_in(file, "old", 1.8e9, places="observed")
     with pytest.raises(PointingError, match="the frame of its RA and Dec is not told"):
         runs.take_in(file, "new", 1.8e9)
-    with pytest.raises(
-        InputError, match=r"name a file that ends in .ecsv, with weights and times, or in .dat"
-    ):
+    with pytest.raises(InputError, match=r"name a file that ends in .ecsv, with weights and times, or in .dat"):
         runs.write("old", tmp_path / "out.csv")
     assert runs.names == ("old",)
 
