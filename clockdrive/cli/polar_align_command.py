@@ -10,11 +10,8 @@ from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, interruption_stops
 from clockdrive.cli.spoken import spoken
 from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
-from clockdrive.errors import ClockdriveError
-from mounts.errors import DriveError
-from pointing.errors import PointingError
+from clockdrive.failures import FAILURES
 from pointing.model.words import POLES
-from transports.errors import TransportError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _KEYS = {
@@ -27,7 +24,6 @@ _HELP = (
     "Enter: the knobs were turned, look again; t: they were turned, look at another star; s: they were not, look at "
     "another star; r: they were not, look again; w: write the mount's registers instead; q: leave it"
 )
-_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 
 
 def add_polar_align(add: Adder) -> None:
@@ -87,7 +83,7 @@ def _turned(args: argparse.Namespace, telescope: Backend, typed: StandardInput, 
             continue
         try:
             state = telescope.call("polar_look", _events(telescope, typed), **_KEYS[word])
-        except _FAILURES as error:
+        except FAILURES as error:
             print(f"clockdrive: not taken: {error}", file=sys.stderr, flush=True)
             continue
         states.append(state)
