@@ -22,6 +22,7 @@ from pointing.plan import AxisState, Plan
 from pointing.planner import Planner
 from pointing.site import Site
 from pointing.targets import Target
+from pointing.time_lost import regained
 from pointing.trajectory import Trajectory
 from pointing.vectors import Vector, azimuth_altitude, horizon_to_equatorial, hour_angle_declination
 
@@ -227,7 +228,17 @@ def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str
     angles = plan.axes[0].angle, plan.axes[1].angle
     if plan.trajectory is not None:
         return {"pass": _pass(planned_pass(plan.trajectory.anew(), plan.arrival, angles), planner)}
-    return {"next_limit": limit_answer(next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival))}
+    found = next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival)
+    if found is None:
+        return {"next_limit": None}
+    return {"next_limit": {**(limit_answer(found) or {}), **_lost(regained(planner, target, found[0]), found[0])}}
+
+
+def _lost(again: float | None, since: float) -> dict[str, Any]:
+    """When a target that met a limit can be tracked again, and what is lost by then."""
+    if again is None:
+        return {"regained_utc": None, "lost_s": None}
+    return {"regained_utc": utc(again), "lost_s": round(again - since, 3)}
 
 
 def limit_answer(found: tuple[float, Check] | None) -> dict[str, Any] | None:

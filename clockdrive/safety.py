@@ -11,7 +11,7 @@ from pointing.slew import SlewModel
 
 _CYCLES = 2.0  # may pass until a stop is in force
 _SAMPLES = 20
-_FAR = 1e9  # counts; farther than an axis comes in a moment
+_LONG_S = 1e4  # at a speed lead farther than an axis comes in a moment
 _MOMENT_S = 0.005
 
 
@@ -34,7 +34,7 @@ def _rest(model: SlewModel, rate: float, speed: float, seconds: float) -> float:
     kept = rate * seconds + _stopping(model, rate)
     if abs(speed) <= abs(rate) and speed * rate >= 0.0:
         return kept
-    faster = model.limited(abs(speed)).travel(0.0, math.copysign(_FAR, speed), rate, 0.0)
+    faster = model.limited(abs(speed)).travel(0.0, speed * _LONG_S, rate, 0.0)
     before, after = faster.position(seconds - _MOMENT_S), faster.position(seconds + _MOMENT_S)
     hastened = faster.position(seconds) + _stopping(model, (after - before) / (2.0 * _MOMENT_S))
     return max(kept, hastened, key=abs)

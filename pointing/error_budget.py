@@ -113,7 +113,7 @@ def error_budget(telescope: Geometry, axes: AxisState, time: float, stated: Stat
             _of_the_air(telescope, altitude, stated),
             Source("clock", None if stated.clock_s is None else motion * stated.clock_s, stated.clock),
             Source("UT1", turning * earth.dut1_error, f"UT1−UTC to {earth.dut1_error:.2g} s by its table"),
-            Source("counts", _on_sky(telescope, angles, (_ROUNDING, _ROUNDING)), "targets are whole counts"),
+            _of_whole_counts(telescope, angles),
             _of_the_drive(telescope, angles, stated.counts),
         )
     )
@@ -152,6 +152,12 @@ def _of_the_air(telescope: Geometry, altitude: float, stated: Stated) -> Source:
         stated.pressure_hpa / max(air.pressure_hpa, 1.0), stated.temperature_k / (air.temperature_c + _KELVIN)
     )
     return Source("refraction", telescope.sky.refraction(altitude) * share, stated.air)
+
+
+def _of_whole_counts(telescope: Geometry, angles: tuple[float, float]) -> Source:
+    one, two = (0.0 if axis.units == "degrees" else _ROUNDING for axis in telescope.axes)
+    assumption = "targets are whole counts" if one or two else "the drive goes to any angle"
+    return Source("counts", _on_sky(telescope, angles, (one, two)), assumption)
 
 
 def _of_the_drive(telescope: Geometry, angles: tuple[float, float], counts: tuple[float, float] | None) -> Source:

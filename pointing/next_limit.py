@@ -3,6 +3,10 @@
 The search goes forward by half the time in which the nearest limit could be reached at the present rates, so that it
 closes in on a limit without passing it.
 
+A drive that follows by itself loses its target where an axis would have to be faster than it can: the *keyhole* about
+the pole of axis 1. A target that passes the pole at the angle ζ needs v / sin ζ of axis 1, v its speed on the sky.
+(Its acceleration, 0.65 times the square of that, is no bound before the speed is: 2°/s need 0.05°/s².)
+
 What is led is stopped earlier, by one rule that the session keeps and every plan foresees. On the target, the place
 where both axes would come to rest must be allowed. On a bridge, which turns by itself in time, it is that and all of
 the way until both are on the target again: a bridge that leads to a limit, or on which a stop would, is not begun.
@@ -110,7 +114,8 @@ def _look(trajectory: Trajectory, time: float) -> float | Check:
         failed = next((check for check in _checks(geometry, frame, observed, each) if not check.ok), None)
         if failed is not None:
             return failed
-        seconds = min(seconds, *_axis_seconds(geometry, each), _sky_seconds(geometry, frame, observed, each))
+        seconds = min(seconds, *_axis_seconds(geometry, each), _keyhole_seconds(geometry, each))
+        seconds = min(seconds, _sky_seconds(geometry, frame, observed, each))
     return seconds
 
 
@@ -126,9 +131,31 @@ def _at_rest(geometry: Geometry, leading: Leading, state: AxisState) -> AxisStat
 def _checks(geometry: Geometry, frame: SkyFrame, observed: Vector, state: AxisState) -> tuple[Check, ...]:
     return (
         *geometry.axis_checks((state[0][0], state[1][0])),
+        *speed_checks(geometry, state),
         horizon_check(geometry.limits, observed, "then"),
         sun_check(geometry.limits, geometry.sun(frame), observed, "then"),
     )
+
+
+def speed_checks(geometry: Geometry, state: AxisState) -> Iterator[Check]:
+    """Whether the axes can follow, of drives that say how fast they can."""
+    for axis, (_, rate) in zip(geometry.axes, state, strict=True):
+        if abs(rate) > axis.fastest:
+            needed, most = math.degrees(abs(rate)), math.degrees(axis.fastest)
+            detail = (
+                f"{axis.name} would have to follow at {needed:.3f}°/s, the drive reaches {most:.3f}°/s: the keyhole"
+            )
+            yield Check(f"{axis.name} speed", ok=False, detail=detail)
+
+
+def _keyhole_seconds(geometry: Geometry, state: AxisState) -> float:
+    """Seconds to the nearest keyhole, at the present speed on the sky."""
+    fastest, ((_, rate1), (angle2, rate2)) = geometry.axes[0].fastest, state
+    speed = math.hypot(rate1 * math.cos(angle2), rate2)
+    if math.isinf(fastest) or not speed:
+        return math.inf
+    distance = math.asin(min(1.0, abs(math.cos(angle2))))
+    return max(0.0, distance - math.asin(min(1.0, speed / fastest))) / speed
 
 
 def _axis_seconds(geometry: Geometry, state: AxisState) -> Iterator[float]:

@@ -37,6 +37,7 @@ class Axis:
     minimum: float
     maximum: float
     units: Units = "counts"
+    fastest: float = math.inf  # radians per second at which its drive can follow; what is led has limits of its own
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):

@@ -17,6 +17,7 @@ from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.drives.tc410.gears import park_counts
 from clockdrive.drives.tc410.registers import registers
+from clockdrive.drives.tc410.sections import simulator_of
 from clockdrive.true_sky import SimulatedSky
 from mounts.tc410.simulator import SimulatedTC410
 from mounts.tc410.simulator_settings import AxisHardware, SimulatorSettings
@@ -129,7 +130,7 @@ def mount(folder, truth: Truth, monkeypatch, **overrides):
 
     def true_unit(configuration, time, snapshot):
         known = {f.name for f in fields(SimulatorSettings)}
-        settings = SimulatorSettings(**{k: v for k, v in vars(configuration.simulator).items() if k in known})
+        settings = SimulatorSettings(**{k: v for k, v in vars(simulator_of(configuration)).items() if k in known})
         kept = {k: v for k, v in registers(configuration).items() if not k.endswith("encoder_zero")}
         unit = SimulatedTC410(settings, time, tuple(_hardware(axis) for axis in truth.axes), kept,
                               park_counts(configuration))  # fmt: skip

@@ -185,6 +185,26 @@ def serve(device: Device, clock: Clock, listen: str, *, baud: int | None = None)
     raise LinkError(f"cannot listen at {listen!r}; allowed are {ALLOWED}")
 
 
+def addresses(listen: str, count: int) -> list[str]:
+    """Where to listen with several lines: on the ports that follow, each on a free one, or at names with a number.
+
+    Raises
+    ------
+    LinkError
+        The address is malformed.
+    """
+    if listen.startswith("pty:"):
+        path = listen.removeprefix("pty:")
+        return [listen, *(f"{listen}-{number}" if path else listen for number in range(2, count + 1))]
+    try:
+        parts = urlsplit(listen)
+        host, port = host_and_port(parts)
+    except ValueError as error:
+        raise LinkError(f"cannot listen at {listen!r}: {error}; allowed are {ALLOWED}") from error
+    named = f"[{host}]" if ":" in host else host
+    return [f"{parts.scheme}://{named}:{port + number if port else 0}" for number in range(count)]
+
+
 def _raw_terminal() -> tuple[int, int]:
     """Return controller and terminal of a new pseudo-terminal that changes no byte.
 

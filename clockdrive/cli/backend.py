@@ -71,9 +71,11 @@ class Owning:
         return dict(result) if isinstance(result, Mapping) else {}
 
 
-def configuration_of(path: str | None, *, with_files: bool = False) -> Configuration:
+def configuration_of(
+    path: str | None, *, with_files: bool = False, overrides: Mapping[str, object] | None = None
+) -> Configuration:
     """Load the configuration and say what must be said of it."""
-    configuration = load(path, with_files=with_files)
+    configuration = load(path, overrides=overrides, with_files=with_files)
     if configuration.notice:
         print(f"clockdrive: {configuration.notice}", file=sys.stderr)
     return configuration

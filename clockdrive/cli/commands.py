@@ -5,6 +5,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -215,13 +216,18 @@ def simulate(args: argparse.Namespace) -> None:
     """Host a simulator until interrupted."""
     from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
     from clockdrive.drives import kind_of  # noqa: PLC0415 - likewise
-    from transports.serve import serve  # noqa: PLC0415 - likewise
+    from transports.serve import addresses, serve  # noqa: PLC0415 - likewise
 
-    configuration = configuration_of(args.config)
-    clock = SystemClock()
-    (line,) = kind_of(configuration).simulated(configuration, clock.now(), None).lines
-    with serve(line, clock, args.listen, baud=configuration.simulator.baud or None) as server:
-        print(f"clockdrive: simulated {args.kind} at {server.address}; Ctrl-C ends", file=sys.stderr, flush=True)
+    configuration = configuration_of(args.config, overrides={"drive.kind": args.kind})
+    clock, baud = SystemClock(), configuration.simulator.baud or None
+    lines = kind_of(configuration).simulated(configuration, clock.now(), None).lines
+    with ExitStack() as served:
+        servers = [
+            served.enter_context(serve(line, clock, address, baud=baud))
+            for line, address in zip(lines, addresses(args.listen, len(lines)), strict=True)
+        ]
+        where = ", ".join(server.address for server in servers)
+        print(f"clockdrive: simulated {args.kind} at {where}; Ctrl-C ends", file=sys.stderr, flush=True)
         while True:
             time.sleep(3600.0)
 

@@ -254,7 +254,11 @@ def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:
 
 
 def _limit_lines(found: Mapping[str, Any] | None) -> list[str]:
-    return [f"next limit at {found['utc']}: {found['detail']}"] if found else []
+    if not found:
+        return []
+    lost = found.get("lost_s")
+    again = f"; lost for {lost:.0f} s, until {found['regained_utc']}" if lost else ""
+    return [f"next limit at {found['utc']}: {found['detail']}{again}"]
 
 
 def _budget_lines(found: Mapping[str, Any] | None) -> list[str]:

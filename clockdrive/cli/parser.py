@@ -9,7 +9,7 @@ from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
 from clockdrive.cli.pointing_run_command import add_pointing_run
 from clockdrive.cli.polar_align_command import add_polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
+from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, ROTATOR_MODES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
@@ -145,9 +145,12 @@ def _serving(add: Adder) -> None:
     add_drive(add)
     add_commission(add)
     simulate = add("simulate", "host a drive simulator")
-    simulate.add_argument("kind", choices=("tc410",))
+    simulate.add_argument("kind", choices=DRIVEN)
     simulate.add_argument(
-        "--listen", default="tcp://127.0.0.1:10001", metavar="URL", help="tcp://HOST:PORT or pty:PATH"
+        "--listen",
+        default="tcp://127.0.0.1:10001",
+        metavar="URL",
+        help="tcp://HOST:PORT or pty:PATH; a drive of several lines takes the ports that follow, or PATH-2 and so on",
     )
 
 

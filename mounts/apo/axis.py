@@ -25,6 +25,7 @@ _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
 _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
+_JOLTS = 20.0  # likewise, between two answers on each other's heels: a servo changes its velocity in steps
 _FORGETS = 0.8  # from node to node, of how slow one was
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
@@ -133,9 +134,10 @@ class ControlledAxis:
         A digit that noise has made into another is no error that a line without checksums shows.
         """
         before = self._raw
-        for _ in range(_ASKED_AGAIN):
+        for attempt in range(_ASKED_AGAIN):
             timed = ask()
-            if before is not None and continues(before, timed.value, self._hardest):
+            hardest = self.settings.acceleration_deg_s2 * (_JOLTS if attempt else _BRAKES)
+            if before is not None and continues(before, timed.value, hardest):
                 self._raw = timed.value
                 return timed
             before = timed.value
@@ -143,10 +145,6 @@ class ControlledAxis:
             f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
             f"{before.position_deg if before else 0.0:.7f}°; check cable and baud rate"
         )
-
-    @property
-    def _hardest(self) -> float:
-        return _BRAKES * self.settings.acceleration_deg_s2
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the clock's offset from an answer; return the POSIX time that it speaks of."""

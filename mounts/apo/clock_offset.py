@@ -14,7 +14,6 @@ _KEPT_S = 60.0
 _MOST = 64  # answers
 _TELLING_S = 20.0  # over which answers tell how fast the offset changes
 _FEW, _CERTAIN = 5, 4.0  # answers, and standard deviations, below which a gain is none
-_STEADY = 1e-5  # seconds a second, which a clock that is right may seem to gain
 _QUICK = 1.5  # times the quickest round trip
 _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
 
@@ -59,7 +58,8 @@ class ClockOffset:
             POSIX seconds, by the host's clock, between which it was read.
         """
         seen = _Sight(received, told - _PRINTED_S - received, told + _PRINTED_S - sent)
-        stepped = self.known and not seen.low - _STEP_S <= self.value <= seen.high + _STEP_S
+        unsure = self.uncertainty_s + _STEP_S
+        stepped = self.known and not seen.low - unsure <= self.value <= seen.high + unsure
         if stepped:
             self.forget()
         self._sights.append(seen)
@@ -90,11 +90,11 @@ class ClockOffset:
         middle = sum(sight.middle for sight in quick) / count
         spread = sum((sight.time - last - time) ** 2 for sight in quick)
         gain = 0.0
-        if last - quick[0].time >= _TELLING_S and count > _FEW:
+        if (span := last - quick[0].time) >= _TELLING_S and count > _FEW:
             gain = sum((sight.time - last - time) * (sight.middle - middle) for sight in quick) / spread
             left = sum((sight.middle - middle - gain * (sight.time - last - time)) ** 2 for sight in quick)
-            gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread
+            gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread and abs(gain) * span > 2.0 * _PRINTED_S
         off = middle - gain * time
         right = abs(off) <= _PRINTED_S and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
-        self.value, self._gain = (0.0, 0.0) if right and abs(gain) < _STEADY else (off, gain)
+        self.value, self._gain = (0.0, 0.0) if right else (off, gain)
         self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))

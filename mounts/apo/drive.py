@@ -18,7 +18,7 @@ from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.by_hand import BY_HAND, SETS_POSITION, Given, give
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.following import Follower
-from mounts.apo.meeting import Where, meet
+from mounts.apo.meeting import Meeting, Where, meet, ramp
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
@@ -38,9 +38,11 @@ _SILENT_S = 4.0  # after which an axis that does not answer halts all others
 _ATTEMPTS = 3
 _STOPS_IN_S = 2.0  # beyond what the deceleration takes
 _MOVES = 1e-4  # deg/s
+_STANDS = 1e-6  # deg/s; the last node lies on the grid of times, up to 0.5 µs before the end
 _ABRUPT = 10.0  # times the configured acceleration, with which a stop button or a limit switch may halt an axis
 _SLOW_DEG_S = 0.1  # of an axis that may be synchronised while it tracks
-_BRAKING = 100  # looks, each as long as an exchange
+_BRAKING = 1000  # looks, each as long as an exchange, in which an axis must have come to rest
+_READ_BACK_DEG = 2e-5
 
 
 class ApoDrive:
@@ -72,7 +74,7 @@ class ApoDrive:
         self._models = tuple(
             ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3) for axis in settings.axes
         )
-        self._follower = Follower(axes, settings, self._meet)
+        self._follower = Follower(axes, settings, self._meet, self._ramp)
         self._notes: list[str] = []
         self._arrivals: list[float | None] = [None] * len(axes)  # POSIX seconds, of the slew under way
         self._holding = [False] * len(axes)  # at the end of a slew that ended at rest
@@ -295,16 +297,30 @@ class ApoDrive:
         A node whose answer was lost, or that came too late, leaves the buffer in doubt: DRIFT flushes it, and the way
         is planned anew.
         """
-        axis, model = self._axes[i], self._models[i]
+        model = self._models[i]
         model = model if max_rate is None or max_rate >= model.max_rate else model.limited(max_rate)
+
+        def planned(line: PathNode, earliest: float) -> Meeting:
+            return meet(self._settings.axes[i], line, earliest, where, arrival, model.meeting)
+
+        return self._led_by(i, planned)
+
+    def _ramp(self, i: int, rate: float) -> tuple[PathNode, ...]:
+        """Bring an axis to a velocity, from wherever it is; as `_meet`."""
+        settings, model = self._settings.axes[i], self._models[i]
+        return self._led_by(i, lambda line, earliest: ramp(settings, line, earliest, rate, model.profile))
+
+    def _led_by(self, i: int, planned: Callable[[PathNode, float], Meeting]) -> tuple[PathNode, ...]:
+        """Let an axis drift, plan from there, and give its nodes; anew where one of them is in doubt."""
+        axis = self._axes[i]
         line_time = _SLEW_NODES * axis.exchange_s
         for attempt in range(_ATTEMPTS):
             line = axis.drift()
             earliest = line.time + (LEAD_S + line_time) * (1.0 + 0.5 * attempt) + _MARGIN_S / 2.0
-            meeting = meet(axis.settings, line, earliest, where, arrival, model.meeting)
-            nodes = meeting.nodes
-            if where(meeting.arrival)[1] == 0.0:
-                nodes = (*nodes, PathNode(meeting.arrival + _HOLD_S, nodes[-1].position, 0.0))
+            meeting = planned(line, earliest)
+            last, nodes = meeting.nodes[-1], meeting.nodes
+            if abs(last.velocity) < _STANDS:
+                nodes = (*nodes, PathNode(last.time + _HOLD_S, last.position, 0.0))
             try:
                 axis.send_path(nodes, self._settings.max_nodes)
             except (DriveRefused, TransportError) as error:
@@ -315,6 +331,8 @@ class ApoDrive:
                     axis.must_init = True
                     self._free(i)
             else:
+                if self._arrivals[i] is not None:  # a slew that had to be planned anew
+                    self._arrivals[i] = meeting.arrival
                 return meeting.nodes
         raise AssertionError("unreachable: the last attempt returns or raises")
 
@@ -376,25 +394,28 @@ class ApoDrive:
                 f"an axis moves at {fastest:.3f}°/s, at most {_SLOW_DEG_S}°/s is halted for a sync; `stop`"
             )
         self._halt_all(time)
-        self._come_to_rest()
         for axis, wanted, (was, _) in zip(self._axes, counts, before, strict=False):
-            self._trust.lose("a sync was cut short; sync again")
+            self._trust.lose("a sync was cut short; `sync` again")
             self._remember(self.memory)
-            target = axis.look().position + wanted - was
-            axis.set_position(target)
-            if abs(axis.look().position - target) > 2e-5:
-                raise DriveRefused(
-                    f"{axis.name} reads back {axis.look().position:.5f}° instead of {target:.5f}°; again"
-                )
+            self._declare(axis, wanted - was)
         self._trust.synchronised()
         self._remember(self.memory)
         self.read(time)
 
-    def _come_to_rest(self) -> None:
+    @staticmethod
+    def _declare(axis: ControlledAxis, moved: float) -> None:
+        """Add to the position of an axis as soon as its controller takes it: it may still swing back from a stop."""
         for _ in range(_BRAKING):
-            if all(abs(axis.look().velocity) < _MOVES for axis in self._axes):
-                return
-        raise DriveRefused("the axes do not come to rest; `stop`, then sync")
+            target = axis.look().position + moved
+            try:
+                axis.set_position(target)
+            except DriveRefused as error:
+                refused = error
+                continue
+            if abs(axis.look().position - target) > _READ_BACK_DEG:
+                raise DriveRefused(f"{axis.name} does not read back {target:.5f}°; `sync` again")
+            return
+        raise refused
 
     def stop(self, time: float) -> None:
         """End all motion: MOVE on every axis, and an error only after all were told."""

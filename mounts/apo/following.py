@@ -7,7 +7,7 @@ path, contain; a larger one is a new meeting.
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import copysign, sqrt
+from math import copysign
 
 from mounts.apo.axis import ControlledAxis
 from mounts.apo.meeting import Where
@@ -42,12 +42,21 @@ class Follower:
         Their bounds, and how many nodes they hold.
     meet : callable
         Brings an axis onto a path.
+    ramp : callable
+        Brings an axis to a velocity; the last node is where it has it.
     """
 
-    def __init__(self, axes: tuple[ControlledAxis, ...], settings: ApoSettings, meet: Meet) -> None:
+    def __init__(
+        self,
+        axes: tuple[ControlledAxis, ...],
+        settings: ApoSettings,
+        meet: Meet,
+        ramp: Callable[[int, float], Sequence[PathNode]],
+    ) -> None:
         self._axes = axes
         self._settings = settings
         self._meet = meet
+        self._ramp = ramp
         self._path: AxisPath | None = None
         self._rates: tuple[float, ...] | None = None
         self._given = [0.0] * len(axes)  # POSIX seconds of the last node that was given, taken or not
@@ -144,32 +153,15 @@ class Follower:
     def _keep(self, i: int, rate: float, time: float, *, changed: bool) -> None:
         axis = self._axes[i]
         if changed or self._must_meet(axis, i):
-            here, before = axis.queue.at(time) or _stands(axis, time)
-            ramp = ramp_s(axis.settings, rate - before)
-            begin = time + SOONEST_S
-            at = here + before * (begin - time) + (before + rate) / 2.0 * ramp
-            self._lines[i] = PathNode(begin + ramp, at, rate)
             self._doubtful[i] = True
-            self._given[i] = self._meet(i, self._line(i))[-1].time
+            self._lines[i] = self._ramp(i, rate)[-1]
+            self._given[i] = self._lines[i].time
             self._doubtful[i], axis.clock_stepped = False, False
         self._fill(i, self._line(i), time, time + _MOVING_AHEAD_S, lambda _: _MOVING_STEP_S)
 
     def _line(self, i: int) -> Where:
         line = self._lines[i]
         return lambda when: (line.at(when), line.velocity)
-
-
-def ramp_s(axis: AxisSettings, change: float) -> float:
-    """Seconds in which the velocity changes by `change` at most steeply: a ramp of acceleration with its jerks."""
-    change, full = abs(change), axis.acceleration_deg_s2**2 / axis.jerk_deg_s3
-    if change >= full:
-        return change / axis.acceleration_deg_s2 + axis.acceleration_deg_s2 / axis.jerk_deg_s3
-    return 2.0 * sqrt(change / axis.jerk_deg_s3)
-
-
-def _stands(axis: ControlledAxis, time: float) -> tuple[float, float]:
-    sight = axis.look()
-    return sight.position + sight.velocity * (time - sight.time), sight.velocity
 
 
 def _require_possible(axis: AxisSettings, node: PathNode) -> None:

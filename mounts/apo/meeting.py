@@ -1,12 +1,13 @@
 """How an axis that drifts comes onto a path: when its nodes begin, where it meets the path, the nodes to there."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from mounts.apo.errors import ApoError
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import AxisSettings
-from mounts.apo.slew_profile import GRID_S, SlewProfile, on_grid
+from mounts.apo.slew_profile import GRID_S, MARGIN, SlewProfile, on_grid
 from mounts.errors import DriveRefused
 
 _ROUNDS = 20  # in which the beginning is found; where it is not, it arrives before it was planned to
@@ -67,6 +68,27 @@ def meet(
             return Meeting(_checked(axis, found, begin))
         begin = wanted
     return Meeting(_checked(axis, _from(axis, line, earliest, where, soonest), earliest))
+
+
+def ramp(
+    axis: AxisSettings, line: PathNode, earliest: float, rate: float, profile: Callable[..., SlewProfile]
+) -> Meeting:
+    """The nodes that bring an axis from its drift to another velocity.
+
+    Raises
+    ------
+    DriveRefused
+        The way leads out of the travel.
+    """
+    begin, change = on_grid(earliest), abs(rate - line.velocity)
+    acceleration, jerk = axis.acceleration_deg_s2 * MARGIN, axis.jerk_deg_s3 * MARGIN
+    if change >= acceleration**2 / jerk:
+        seconds = change / acceleration + acceleration / jerk
+    else:
+        seconds = 2.0 * math.sqrt(change / jerk)
+    here = line.at(begin)
+    found = profile(here, line.velocity, here + (line.velocity + rate) / 2.0 * seconds, rate)
+    return Meeting(_checked(axis, found, begin))
 
 
 def _from(axis: AxisSettings, line: PathNode, begin: float, where: Where, soonest: Soonest) -> SlewProfile:

@@ -13,9 +13,10 @@ import threading
 
 import pytest
 from tc410_bench import Beside, bench_beside
-from telescope_bench import ARCSEC_PER_COUNT, CENTRE, DEG_PER_COUNT, telescope
+from telescope_bench import ARCSEC_PER_COUNT, CENTRE, DEG_PER_COUNT, T0, telescope
 from waiting import seconds_until
 
+from clockdrive import Telescope, VirtualClock
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
@@ -242,3 +243,14 @@ class Watched:
         with self._one_at_a_time:
             self.unit.advance(self._clock.now())
             return self.unit.axes[0].moved
+
+
+def test_axes_of_a_path_of_nodes_are_driven_at_speeds_and_stopped(tmp_path):
+    """What would come to rest is foretold in degrees as in counts."""
+    overrides = {"state.path": str(tmp_path), "site.latitude_deg": 32.78, "limits.sun_avoidance_deg": 0.0}
+    with Telescope.simulated("apo", clock=VirtualClock(T0), overrides=overrides) as scope:
+        moved = scope.drive_at(0.1, -0.05, 5.0).json
+        one, two = (end - start for start, end in zip(moved["from_deg"], moved["to_deg"], strict=True))
+        assert 0.3 < one <= 0.5
+        assert -0.25 <= two < -0.15
+        assert scope.status().json["doing"] == "idle"

@@ -29,6 +29,8 @@ def in_field(scope, star, angle):
     return in_the_field(seen[0], focal_plane(planner, one, two, turned, {}))
 
 
+@pytest.mark.campaign
+@pytest.mark.timeout(600)  # an hour of tracking takes a minute of a free core
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_field_is_held_to_a_tenth_of_an_arcsecond_1_degree_off_axis(kind, tmp_path):
     with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:

@@ -101,6 +101,14 @@ def test_the_clock_matters_as_fast_as_the_target_goes_and_the_earth_no_faster_th
     assert source(fixed, "clock").error == source(fixed, "UT1").error == 0.0
 
 
+def test_a_drive_in_degrees_rounds_nothing():
+    subject = telescope()
+    one, two = subject.axes
+    subject.axes = replace(one, units="degrees"), replace(two, units="degrees")
+    budget = error_budget(subject, TRACKED, TIME, STATED)
+    assert source(budget, "counts").error == 0.0
+
+
 def test_counts_and_drive_are_what_steps_of_the_axes_do_to_the_place():
     subject = telescope()
     budget = error_budget(subject, TRACKED, TIME, STATED)

@@ -1,11 +1,12 @@
 """The axis controllers as the application sees them: `apo`, a line an axis, and `sdss`, all axes on one line."""
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from clockdrive.configuration import Configuration
-from clockdrive.drives.apo.settings import gearing, park_degrees, sections, settings, travel
+from clockdrive.drives.apo.settings import gearing, number, park_degrees, sections, settings, travel
 from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
 
@@ -24,7 +25,13 @@ _SERIAL_BAUD = 9600
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both pointing axes in degrees, with the travel that the configuration allows them."""
     one, two = (
-        Axis(section, gearing(configuration, section), *travel(configuration, section), units="degrees")
+        Axis(
+            section,
+            gearing(configuration, section),
+            *travel(configuration, section),
+            units="degrees",
+            fastest=math.radians(number(configuration, f"{section}.max_speed_deg_s")),
+        )
         for section in ("axis1", "axis2")
     )
     return one, two

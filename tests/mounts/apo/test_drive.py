@@ -1,0 +1,325 @@
+"""The driver of axis controllers at the contract: what it starts, follows, halts, refuses and remembers."""
+
+import contextlib
+import itertools
+import math
+
+import pytest
+
+from clockdrive.clock import VirtualClock
+from mounts.apo.axis import ControlledAxis
+from mounts.apo.controller import AXIS_WORDS, Controller
+from mounts.apo.drive import ApoDrive
+from mounts.apo.line import Line
+from mounts.apo.settings import ApoSettings, AxisSettings
+from mounts.apo.simulator import SimulatedObservatory
+from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
+from mounts.drive import AxisSlew
+from mounts.errors import DriveRefused, Unsynchronised
+from transports.errors import LinkError, TransportError
+from transports.memory import MemoryLink
+
+T0 = 1_800_000_000.0
+NAMES = ("azimuth", "altitude", "rotator")
+
+
+class Bench:
+    """A drive on simulated controllers, and the clock between them."""
+
+    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, **settings):
+        self.clock = VirtualClock(time)
+        hardware = HARDWARE[kind][:axes]
+        self.device = SimulatedObservatory(kind, SimulatorSettings(**settings), time, hardware, positions[:axes])
+        self.cut: set[int] = set()
+        self.settings = ApoSettings(
+            kind,
+            tuple(
+                AxisSettings(name, word, h.lowest_deg, h.highest_deg, h.velocity, h.acceleration, h.jerk)
+                for name, word, h in zip(NAMES, AXIS_WORDS, hardware, strict=False)
+            ),
+        )
+        self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
+        shared = kind == "sdss"
+        controllers = (
+            Controller(self.lines[0 if shared else i], kind, axis.word if shared else "")
+            for i, axis in enumerate(self.settings.axes)
+        )
+        controlled = (
+            ControlledAxis(controller, axis, kind)
+            for controller, axis in zip(controllers, self.settings.axes, strict=True)
+        )
+        self.drive = ApoDrive(tuple(controlled), self.settings, memory or {})
+
+    def opened(self, i):
+        if i in self.cut:
+            raise LinkError(f"sim:{i + 1}: nothing is there")
+        return MemoryLink(_Cuttable(self, i), self.clock, name=f"sim:{i + 1}")
+
+    def connected(self):
+        self.drive.connect(self.clock.now(), make_safe=False)
+        return self
+
+    def start(self, *targets, rates=(0.0, 0.0, 0.0)):
+        slews = [AxisSlew(target, rate) for target, rate in zip(targets, rates, strict=False)]
+        return self.drive.start(slews, self.clock.now())
+
+    def run(self, seconds, step=0.25):
+        """Read again and again, as a session does; return the last reading."""
+        end = self.clock.now() + seconds
+        while True:
+            reading = self.drive.read(self.clock.now())
+            if self.clock.now() >= end:
+                return reading
+            self.clock.sleep(step)
+
+    def run_on_silent_lines(self, seconds):
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            with contextlib.suppress(TransportError):
+                self.drive.read(self.clock.now())
+
+    def follow(self, path, seconds, step=0.5):
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            self.drive.read(self.clock.now())
+            self.drive.follow(path, self.clock.now())
+            self.clock.sleep(step)
+
+    def true(self, i):
+        self.device.advance(self.clock.now())
+        return self.device.true_position(i + 1)
+
+    def speeds(self):
+        self.device.advance(self.clock.now())
+        return [axis.servo.velocity for axis in self.device.axes]
+
+    def dry(self):
+        return [time for axis in self.device.axes for time in axis.record.dry]
+
+
+class _Cuttable:
+    """A line that can be cut."""
+
+    def __init__(self, bench, i):
+        self.bench, self.i = bench, i
+
+    def receive(self, data, t):
+        if self.i in self.bench.cut:
+            return b""
+        return self.bench.device.lines[self.i].receive(data, t)
+
+
+class Circle:
+    """A path whose rates change: degrees, a sine in each axis."""
+
+    led = False
+
+    def __init__(self, centre, amplitude=2.0, period=900.0, shift=(0.0, 0.0)):
+        self.centre, self.amplitude, self.w, self.shift = centre, amplitude, math.tau / period, shift
+
+    def at(self, time):
+        u = self.w * (time - T0)
+        return [
+            (middle + off + self.amplitude * math.sin(u + k), self.amplitude * self.w * math.cos(u + k))
+            for k, (middle, off) in enumerate(zip(self.centre, self.shift, strict=True))
+        ]
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_slew_to_rest_lands_on_its_target_and_stands_without_running_dry(kind):
+    bench = Bench(kind).connected()
+    bench.start(25.0, 60.0)
+    reading = bench.run(60.0)
+    assert bench.true(0) == pytest.approx(25.0, abs=1e-9)
+    assert bench.true(1) == pytest.approx(60.0, abs=1e-9)
+    assert not any(axis.slewing for axis in reading.axes)
+    assert reading.motion == ()
+    assert not bench.dry()
+    assert all(not axis.servo.path.interpolated for axis in bench.device.axes)
+
+
+def test_a_path_is_met_from_rest_and_followed_to_a_milliarcsecond():
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0))
+    bench.follow(path, 40.0)
+    worst = 0.0
+    for _ in range(300):
+        bench.follow(path, 1.0)
+        worst = max(worst, *(abs(bench.true(i) - path.at(bench.clock.now())[i][0]) for i in (0, 1)))
+    print(f"worst of 300 looks: {worst * 3.6e6:.3f} mas")
+    assert worst * 3.6e6 < 1.0
+    assert not bench.dry()
+
+
+@pytest.mark.parametrize("arcsec", [0.01, 5.0, 29.0, 31.0, 600.0])
+def test_a_path_displaced_is_followed_within_seconds(arcsec):
+    bench = Bench().connected()
+    bench.follow(Circle((14.0, 50.0)), 60.0)
+    displaced = Circle((14.0, 50.0), shift=(arcsec / 3600.0, -arcsec / 3600.0))
+    bench.follow(displaced, 6.0, step=1.0)
+    off = max(abs(bench.true(i) - displaced.at(bench.clock.now())[i][0]) for i in (0, 1)) * 3600.0
+    bench.follow(displaced, 20.0)
+    later = max(abs(bench.true(i) - displaced.at(bench.clock.now())[i][0]) for i in (0, 1)) * 3600.0
+    print(f"{arcsec}″: {off:.4f}″ off after 6 s, {later:.4f}″ after 26 s")
+    assert off < 0.02
+    assert later < 0.001
+    assert not bench.dry()
+
+
+def test_the_buffer_holds_ten_seconds_and_no_two_nodes_are_more_than_five_apart():
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    for axis in bench.drive._axes:
+        times = [node.time for node in axis.queue.ahead(bench.clock.now())]
+        assert times[-1] >= bench.clock.now() + 9.0
+        assert max(b - a for a, b in itertools.pairwise(times)) <= 5.0 + 1e-6
+
+
+def test_stop_ends_a_slew_on_every_axis():
+    bench = Bench(axes=3).connected()
+    bench.start(40.0, 70.0, 20.0)
+    bench.run(12.0)
+    assert max(map(abs, bench.speeds())) > 0.5
+    bench.drive.stop(bench.clock.now())
+    bench.run(40.0)
+    assert max(map(abs, bench.speeds())) == 0.0
+    assert not bench.dry()
+
+
+def test_a_silent_axis_halts_the_others_and_is_named():
+    bench = Bench().connected()
+    bench.start(60.0, 70.0)
+    bench.run(8.0)
+    bench.cut.add(1)
+    with pytest.raises(DriveRefused, match=r"altitude: no answer for \d.*MOVE halted all axes that answer"):
+        bench.run_on_silent_lines(20.0)
+    bench.clock.sleep(60.0)
+    assert bench.speeds()[0] == 0.0
+
+
+def test_an_absent_axis_is_named_when_connecting():
+    bench = Bench(axes=3)
+    bench.cut.add(2)
+    with pytest.raises(LinkError, match="rotator: sim:3"):
+        bench.connected()
+
+
+def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
+    bench = Bench("sdss").connected()
+    bench.device.axes[0].fail("semaphore_taken")
+    with pytest.raises(DriveRefused, match="azimuth semaphore taken"):
+        bench.start(20.0, 50.0)
+    bench.clock.sleep(30.0)
+    assert bench.speeds() == [0.0, 0.0]
+
+
+def test_a_target_beyond_the_travel_is_refused_with_axis_value_and_bound():
+    bench = Bench().connected()
+    with pytest.raises(DriveRefused, match=r"altitude: the way leads to 88\.0000°, outside 6° to 85°"):
+        bench.start(20.0, 88.0)
+    bench.clock.sleep(30.0)
+    assert bench.speeds() == [0.0, 0.0]
+
+
+def test_a_path_that_leaves_the_travel_is_refused_while_the_axis_can_still_stop():
+    bench = Bench(positions=(10.0, 79.0)).connected()
+    path = Circle((14.0, 82.0), amplitude=-4.0, period=400.0)
+    with pytest.raises(DriveRefused, match=r"altitude: the path leads to 8\d\.\d+°.* 85°"):
+        bench.follow(path, 400.0)
+    bench.run(30.0)
+    assert bench.true(1) <= 85.0
+    assert bench.speeds() == [0.0, 0.0]
+
+
+def test_a_position_declared_while_tracking_halts_the_axes_and_is_read_back():
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 40.0)
+    now = bench.clock.now()
+    wanted = [position + 0.25 for position, _ in path.at(now)]
+    bench.drive.sync(wanted, now)
+    reading = bench.drive.read(bench.clock.now())
+    moved = [axis.counts - bench.true(i) for i, axis in enumerate(reading.axes)]
+    assert moved == pytest.approx([0.25, 0.25], abs=2e-5)
+    assert not reading.unsynchronised
+
+
+def test_direct_speed_ramps_goes_on_and_stops():
+    bench = Bench().connected()
+    for _ in range(80):
+        bench.drive.move_at((0.3, -0.2), bench.clock.now())
+        bench.drive.read(bench.clock.now())
+        bench.clock.sleep(0.1)
+    assert bench.speeds() == pytest.approx([0.3, -0.2], abs=1e-6)
+    bench.drive.move_at((0.0, 0.0), bench.clock.now())
+    bench.run(15.0)
+    assert bench.speeds() == [0.0, 0.0]
+    assert not bench.dry()
+
+
+def test_power_is_refused():
+    with pytest.raises(DriveRefused, match="cannot switch their motors on"):
+        Bench().drive.power(on=True)
+
+
+def test_left_tracking_the_axes_drift_on_and_otherwise_they_stand():
+    for keep in (True, False):
+        bench = Bench().connected()
+        path = Circle((14.0, 50.0), period=20_000.0)
+        bench.follow(path, 40.0)
+        rates = [rate for _, rate in path.at(bench.clock.now())]
+        bench.drive.close(bench.clock.now(), keep_tracking=keep)
+        bench.clock.sleep(30.0)
+        assert bench.speeds() == pytest.approx(rates if keep else [0.0, 0.0], abs=1e-5)
+        assert not bench.dry()
+
+
+def test_a_controller_restarted_at_rest_keeps_its_position_and_one_that_moved_does_not():
+    still = Bench().connected()
+    still.run(2.0)
+    still.device.axes[0].restart(still.clock.now())
+    still.clock.sleep(8.0)
+    with pytest.raises(DriveRefused, match="azimuth: the controller has restarted"):
+        still.run(1.0)
+    assert not still.run(2.0).unsynchronised
+    moving = Bench().connected()
+    moving.start(60.0, 70.0)
+    moving.run(8.0)
+    moving.device.axes[0].restart(moving.clock.now())
+    moving.clock.sleep(8.0)
+    with pytest.raises(DriveRefused, match="azimuth: the controller has restarted"):
+        moving.run(1.0)
+    with pytest.raises(Unsynchronised, match=r"azimuth: .*restarted while the axis moved; `sync`"):
+        moving.start(20.0, 50.0)
+
+
+def test_what_was_remembered_tells_a_position_lost_while_nobody_looked():
+    bench = Bench().connected()
+    bench.run(2.0)
+    memory = bench.drive.memory
+    again = Bench(memory=memory)
+    again.device.axes[1].restart(T0, loses_position=True)
+    again.clock.sleep(10.0)
+    assert (
+        "altitude: its controller has restarted at 0.0000°, 45.0000° from"
+        in again.connected().run(1.0).unsynchronised
+    )
+
+
+def test_settings_that_differ_are_noted_with_both_values():
+    bench = Bench()
+    bench.device.axes[0].servo.limits.velocity = 1.0
+    bench.device.axes[1].servo.limits.highest = 80.0
+    notes = bench.connected().drive.notes
+    assert any("azimuth: the controller's MAXV is 1 deg/s, configured 1.75 deg/s; it clips" in note for note in notes)
+    assert any("altitude: the controller's upper soft limit is 80 deg, configured 85 deg" in note for note in notes)
+
+
+def test_all_that_the_controllers_tell_can_be_shown():
+    told = Bench("sdss").connected().drive.registers()
+    assert told["azimuth position"] == "10.0000000°"
+    assert told["altitude soft limits"] == "18.2° to 90°"
+    assert told["azimuth status"] == "buffer_empty"
+    assert told["altitude output limit"] == "100 %"
+    assert "axis code" in told["azimuth identity"]
