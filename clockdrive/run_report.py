@@ -6,7 +6,7 @@ mechanical angles are raw. So an old run can be fitted again for whatever the mo
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from html import escape
 from typing import Any
@@ -31,6 +31,7 @@ from pointing.vectors import Vector, from_azimuth_altitude
 FEWEST = 6
 """Stars of a run that can be fitted at all."""
 _FEW = 20  # with which no more than the standard terms are told apart
+_SCATTER_ARCSEC = 2.0  # of any star: worm, air, flexure; a look that is surer than that does not rule the fit
 _ALIGN_FIRST_ARCSEC = 600.0  # a polar axis farther off is put right before it is modelled
 _INDEX: dict[MountKind, str] = {"equatorial": "IH ID", "altazimuth": "IA IE"}
 _TYPES: dict[MountKind, MountType] = {"equatorial": MountType.EQUATORIAL_FORK, "altazimuth": MountType.ALTAZ_FORK}
@@ -58,6 +59,8 @@ class RunReport:
         Sky RMS with the zero points of the axes alone.
     notes : tuple of str
         What losses of the position mean for this run, a sentence each.
+    registers : tuple of float
+        The mount registers X and Y on which the model comes, radians.
     """
 
     stored: StoredRun
@@ -66,6 +69,7 @@ class RunReport:
     cross_validation_arcsec: float
     before_arcsec: float
     notes: tuple[str, ...] = ()
+    registers: tuple[float, float] = (0.0, 0.0)
 
     @property
     def name(self) -> str:
@@ -172,12 +176,15 @@ def report_of(
             f"the run {stored.name} has {kept} stars that take part, {len(stored.skipped)} places were skipped; "
             f"a fit needs {FEWEST}, and 20 to 50 make a good one: resume it or append to it"
         )
-    wanted = wanted or Wanted(auto=kept >= _FEW, outliers=kept >= _FEW)
+    wanted = wanted or Wanted(by_run=True)
+    if wanted.by_run:
+        enough = int(np.count_nonzero(run.masked(wanted.mask).kept)) >= _FEW
+        wanted = replace(wanted, auto=enough, outliers=enough)
     fitted = fit_run(run, wanted)
     return RunReport(
         stored, run, fitted,
         cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
-        _notes(stored, zero),
+        _notes(stored, zero), registers,
     )  # fmt: skip
 
 
@@ -188,7 +195,7 @@ def pointing_run(
 
     Angles are brought onto the zero points of today, by what syncs have moved them since. Where the position was lost
     in between nothing is known of that: then those of the last observation serve, and what was observed before such a
-    loss is masked.
+    loss is masked. An observation counts by 1 / (σ² + s²), the best one 1, with σ of its look and s of any star.
     """
     mount = Mount(_TYPES[stored.mount], math.radians(stored.latitude_deg), *registers)
     seen = stored.observations
@@ -200,6 +207,7 @@ def pointing_run(
         np.radians([np.add(each.axes_deg, by) for each, by in zip(seen, moved, strict=True)]).reshape(-1, 2).T
     )
     known = [each is None or each.lost == today.lost for each in zeros]
+    variance = np.array([each.sigma_arcsec**2 + _SCATTER_ARCSEC**2 for each in seen])
     return PointingRun(
         stored.mount,
         mount.latitude,
@@ -207,6 +215,7 @@ def pointing_run(
         star2,
         axis1,
         axis2,
+        weight=np.array([each.weight for each in seen]) * variance.min(initial=math.inf) / variance,
         kept=np.array([not each.masked and counts for each, counts in zip(seen, known, strict=True)], bool),
         time=np.array([math.nan if each.time is None else each.time for each in seen], float),
         caption=stored.name,
@@ -251,9 +260,14 @@ def _moved(then: Zero | None, today: Zero) -> tuple[float, float]:
 
 
 def worst(report: RunReport, count: int = 1) -> tuple[int, ...]:
-    """Indices of the observations that lie farthest from the fit, counted from 0."""
+    """Indices of the observations that lie farthest from the fit, counted from 0.
+
+    What the fit has found not to belong is among them; what was masked before is not.
+    """
     dx, dy = report.fit.residuals
-    far = np.where(report.fit.weight > 0.0, np.hypot(dx, dy), -1.0)
+    there = report.fit.weight > 0.0
+    there[[each.index for each in report.fit.outliers]] = True
+    far = np.where(there, np.hypot(dx, dy), -1.0)
     return tuple(int(i) for i in np.argsort(-far)[:count] if far[i] >= 0.0)
 
 
@@ -293,7 +307,7 @@ def stored_of(run: PointingRun, name: str, began: float) -> StoredRun:
                 (math.degrees(run.axis1[i]), math.degrees(run.axis2[i])),
                 "beyond" if run.beyond[i] else "normal",
                 math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y))), 0.0,
-                run.caption, masked="" if run.kept[i] else "in the file",
+                run.caption, weight=float(run.weight[i]), masked="" if run.kept[i] else "in the file",
             )
         )  # fmt: skip
     settings = {"imported": run.source, "caption": run.caption}

@@ -1,13 +1,18 @@
 """A pointing run goes on whatever happens at a place, says why one was skipped, and loses nothing that was seen."""
 
 import math
+import os
+import select
+import sqlite3
 import sys
+from collections import deque
 
 import pytest
 from telescope_bench import QUICK, telescope
 
-from clockdrive.errors import Refused
+from clockdrive.errors import Refused, StateError
 from clockdrive.observing import IMPLAUSIBLE_DEG
+from clockdrive.run_store import FILE_NAME
 from clockdrive.witness import CommandWitness, Sighting, WitnessError
 from mounts.errors import DriveError
 from pointing.instant import Instant
@@ -178,6 +183,51 @@ def test_a_witness_that_never_sees_anything_ends_the_run_early_and_it_is_resumed
     assert len(report.stored.observations) == N
 
 
+def test_a_run_that_is_resumed_under_a_closed_sky_ends_early_too_though_stars_were_seen_before(scope):
+    with pytest.raises(Refused, match="stopped by command"):
+        scope.pointing_run(2 * N + 2, name="cloudy", watch=Told((3, "observed"), scope.stop))
+    clouded = Witness(scope, lambda look: fails)  # noqa: ARG005 - whatever look
+    with pytest.raises(Refused, match=r"nothing was seen at the first 5 places, the last time: .*resume cloudy"):
+        scope.pointing_run(name="cloudy", resume=True, witness=clouded)
+    assert clouded.looks == 5
+
+
+def test_what_was_seen_is_kept_though_another_process_holds_the_file_meanwhile(scope, tmp_path, monkeypatch):
+    """Another process begins to write before place 4 is written, and goes on for half a minute of this clock."""
+    other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None, check_same_thread=False)
+    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.01)
+    held = []
+
+    def cycle(usual=scope._session.cycle):
+        if held and scope.clock.now() - held[0] > 30.0 and other.in_transaction:
+            other.execute("ROLLBACK")
+        return usual()
+
+    def hold():
+        if not held:
+            held.append(scope.clock.now())
+            other.execute("BEGIN IMMEDIATE")
+
+    monkeypatch.setattr(scope._session, "cycle", cycle)
+    told = Told((4, "looking"), hold)
+    report = scope.pointing_run(N, watch=told)
+    other.close()
+    assert told.of("observed") == list(range(1, N + 1))
+    assert len(report.stored.observations) == N
+    assert_the_true_mount(report)
+
+
+def test_a_file_that_stays_held_ends_the_run_with_the_remedy_and_the_telescope_at_rest(scope, tmp_path, monkeypatch):
+    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.001)
+    other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None)
+    with pytest.raises(StateError, match=r"another process has held it .*: end that one"):
+        scope.pointing_run(N, name="held", watch=Told((4, "looking"), lambda: other.execute("BEGIN IMMEDIATE")))
+    other.close()
+    assert not moved(scope)
+    assert len(scope.runs["held"].observations) == 3
+    assert len(scope.pointing_run(name="held", resume=True).stored.observations) == N
+
+
 def test_too_few_stars_are_said_and_not_fitted(scope):
     from clockdrive.run_report import TooFewStars
 
@@ -313,6 +363,36 @@ def test_a_person_types_the_places(scope):
     assert all(each.place.name for each in report.stored.places)
     assert {seen.sigma_arcsec for seen in report.stored.observations} == {30.0}
     assert_the_true_mount(report, within_arcsec=6.0)  # their proper motion and parallax are not in what is typed
+
+
+def test_a_line_that_was_typed_before_anybody_asked_is_no_answer(scope):
+    def ask(_what):
+        seen = scope._session.planner.sky.at(Instant.from_posix(scope.clock.now()))
+        ra, dec = longitude_latitude(seen.astrometric(scope.true_sky.observed()))
+        scope.reply(f"{math.degrees(ra):.5f} {math.degrees(dec):+.5f}")
+        scope.reply(f"{math.degrees(ra):.5f} {math.degrees(dec) + 1.0:+.5f}")  # for nobody
+
+    report = scope.pointing_run(N, "typed", ask=ask)
+    assert_the_true_mount(report, within_arcsec=6.0)
+    assert report.stored.settings["witness"] == "typed"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no groups of processes")
+def test_a_solver_that_takes_too_long_is_ended_with_all_that_it_has_started(scope, tmp_path):
+    fifo, program = tmp_path / "alive", tmp_path / "solve.sh"
+    os.mkfifo(fifo)
+    program.write_text(f"#!/bin/sh\nexec 3>{fifo}\necho begun >&3\nsleep 60\n", encoding="utf-8")
+    program.chmod(0o755)
+    alive = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)  # open for as long as the script or its child lives
+    looking = CommandWitness(str(program), scope._session.planner, scope.clock, patience_s=2.0).look()
+    next(looking)
+    select.select([alive], [], [], 30.0)
+    assert os.read(alive, 10) == b"begun\n"
+    with pytest.raises(WitnessError, match="it was ended"):
+        deque(looking, maxlen=0)
+    assert select.select([alive], [], [], 30.0)[0]
+    assert os.read(alive, 10) == b""
+    os.close(alive)
 
 
 @pytest.mark.parametrize(
