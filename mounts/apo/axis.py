@@ -4,6 +4,7 @@ Outside, times are POSIX seconds; on the wire they are the controller's own, TAI
 offset. A node whose answer was lost is not sent again: see `line`.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -213,7 +214,7 @@ class ControlledAxis:
             As for `send`.
         """
         self._waiting = deque(nodes)
-        self.feed(nodes[0].time, most)
+        self.feed(-math.inf, most)
 
     def feed(self, time: float, most: int) -> None:
         """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
