@@ -135,7 +135,12 @@ class ControlledAxis:
         """
         before = self._raw
         for attempt in range(_ASKED_AGAIN):
-            timed = ask()
+            try:
+                timed = ask()
+            except MalformedReply:
+                if attempt == _ASKED_AGAIN - 1:
+                    raise
+                continue
             hardest = self.settings.acceleration_deg_s2 * (_JOLTS if attempt else _BRAKES)
             if before is not None and continues(before, timed.value, hardest):
                 self._raw = timed.value
@@ -236,6 +241,10 @@ class ControlledAxis:
         """Forget what was latched: INIT has cleared it."""
         self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
 
+    def let_expire(self) -> None:
+        """Leave the axis alone with what it was given: that its path runs out is wanted."""
+        self._forget_path()
+
     def _forget_path(self) -> None:
         self._waiting.clear()
         self.queue.clear()
@@ -269,6 +278,6 @@ class ControlledAxis:
         except CommandRefused as error:
             raise DriveRefused(f"{self.name}: {error}; check its status bits with `drive show`") from error
         except MalformedReply as error:
-            raise WrongAnswer(f"{self.name}: {error}") from error
+            raise WrongAnswer(f"{self.name}: {error}; check cable and baud rate") from error
         except (NoAnswer, WrongAnswer, LinkError) as error:
             raise type(error)(f"{self.name}: {error}") from error

@@ -82,6 +82,11 @@ class ApoDrive:
         self._heard = [-math.inf] * len(axes)
 
     @property
+    def axes(self) -> tuple[ControlledAxis, ...]:
+        """The axes, for what this driver has no word of."""
+        return self._axes
+
+    @property
     def capabilities(self) -> Capabilities:
         """It has a position and a stop, takes nodes, and drifts on alone."""
         return Capabilities(
@@ -262,8 +267,12 @@ class ApoDrive:
         return any(axis.queue.last for axis in self._axes)
 
     def _unseen(self, i: int, velocity: float, late: float) -> float:
-        """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since."""
-        return min(abs(velocity) * late, 0.5 * _ABRUPT * self._settings.axes[i].acceleration_deg_s2 * late**2)
+        """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since.
+
+        One that was halted may be on its way back already.
+        """
+        braking = 0.5 * _ABRUPT * self._settings.axes[i].acceleration_deg_s2 * late**2
+        return braking if self._halted is not None else min(abs(velocity) * late, braking)
 
     # Moving ----------------------------------------------------------------------------------------------------
 
