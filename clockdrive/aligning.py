@@ -38,6 +38,7 @@ _TRIES = 8  # places at most for the first three stars
 _BLIND = 3  # of them without one sighting: the witness does not work
 _TRIES_ANOTHER = 3  # for one more
 _LASTS_S = 3600.0
+_WITNESS_ARCSEC = 1.0  # taken for what a witness scatters before one has spoken; only the order of places rests on it
 _ARCSEC = math.radians(1.0 / 3600.0)
 _COLLIMATION: dict[MountKind, str] = {"equatorial": "CH", "altazimuth": "CA"}
 
@@ -261,7 +262,7 @@ class Aligning:
         places = spread_places(session.planner, CANDIDATES, session.clock.now(), _LASTS_S)
         side = {self._place.posture} if self._place is not None else {each.posture for each in places}
         left = [each for each in places if each.posture in side and each not in self._visited]
-        sigma = self._settings.scatter_arcsec + 1.0
+        sigma = math.hypot(self._settings.scatter_arcsec, _WITNESS_ARCSEC)
         return telling_places(session.planner, left, estimate, n, sigma * _ARCSEC)
 
     def _visit(self, place: RunPlace) -> Steps[Observation]:
@@ -271,15 +272,16 @@ class Aligning:
         return seen
 
     def _another(self, estimate: AxisEstimate, report: Callable[[str], object]) -> Steps[Observation]:
-        for left in reversed(range(_TRIES_ANOTHER)):
+        left = _TRIES_ANOTHER
+        while True:
             (place,) = self._telling(estimate, 1)
             try:
                 return (yield from self._visit(place))
             except FAILURES as error:
                 report(f"skipped: {error}")
+                left -= 1
                 if not left:
                     raise
-        raise AssertionError  # the last try returns or raises
 
     def _learned(self, estimate: AxisEstimate, seen: Observation) -> AxisEstimate:
         """Learn from what was seen.

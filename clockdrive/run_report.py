@@ -109,7 +109,8 @@ class RunReport:
         found = polar_alignment(self.fit)
         if not isinstance(found, PolarAlignment):
             return []
-        parts = [angle for angle in (found.raise_arcsec, found.east_arcsec) if math.isfinite(angle)]
+        narrower = math.cos(math.radians(found.latitude_deg))  # of a turn about the vertical, seen at the pole
+        parts = [each for each in (found.raise_arcsec, found.east_arcsec * narrower) if math.isfinite(each)]
         if math.hypot(*parts) < _ALIGN_FIRST_ARCSEC:
             return []
         off = angle_text(math.hypot(*parts))

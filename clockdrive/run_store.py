@@ -10,11 +10,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from clockdrive.errors import InputError
-from clockdrive.state_file import Kind, StateFile
+from clockdrive.state_file import Kind, StateFile, Store
 from pointing.model.place import MountKind
 from pointing.mount import Posture
 from pointing.run_plan import RunPlace
@@ -146,7 +145,7 @@ class StoredRun:
         return tuple(each for each in self.places if each.state == "skipped")
 
 
-class RunStore:
+class RunStore(Store):
     """The pointing runs of one telescope.
 
     Parameters
@@ -167,23 +166,6 @@ class RunStore:
     def __init__(self, directory: Path, telescope: str, patience_s: float = 10.0) -> None:
         self.telescope = telescope
         self._file = StateFile(directory, _KIND, patience_s)
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file.path
-
-    def close(self) -> None:
-        """Close; closing twice is harmless."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     # Runs ------------------------------------------------------------------------------------------------------
 

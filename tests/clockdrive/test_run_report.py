@@ -188,3 +188,11 @@ def test_the_weights_of_a_file_are_those_of_the_fit():
     weight = np.linspace(0.1, 1.0, 12)
     kept = pointing_run(stored_of(replace(run, weight=weight), "night", 1.8e9))
     assert kept.weight == pytest.approx(weight)
+
+
+def test_the_polar_axis_is_as_far_off_as_its_end_is_on_the_sky():
+    """2546″ sideways and 2546″ in elevation are 1.000° on the sky, though 0.958° about the vertical."""
+    report = report_of(kept(terms={**TRUTH["german"], "MA": -2546.0, "ME": 2546.0}))
+    (said,) = [each for each in report.recommendation if each.startswith("the polar axis")]
+    print(said)
+    assert said.startswith("the polar axis is 1.00")
