@@ -7,7 +7,7 @@ model in force are taken as they are, but for index errors and tilt, which the s
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
@@ -320,20 +320,3 @@ class Aligning:
         unknown = f"no {name} is known: {angle_text(COLLIMATION_ARCSEC)}"
         said = f"{unknown} of collimation would put axis 1 {apart} elsewhere"
         return (f"{said}; `pointing-run` finds it, and `[mount] pointing_model` puts it in force",)
-
-
-def with_registers(session: Session, x_mas: int, y_mas: int) -> None:
-    """Point with other mount registers from now on, until the telescope is closed.
-
-    Raises
-    ------
-    Refused
-        The telescope is slewing.
-    """
-    session.require_free(parked=True)
-    if session.pursuit is not None:
-        session.stop()
-    mount = session.planner.mount
-    x, y = (mas / 1000.0 * _ARCSEC for mas in (x_mas, y_mas))
-    session.planner.mount = replace(mount, x=x, y=y)
-    session.note("mount registers", f"mount_x_mas {x_mas}, mount_y_mas {y_mas}, by polar alignment")

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from clockdrive.aligning import Aligning, AlignmentSettings, AlignmentState, with_registers
+from clockdrive.aligning import Aligning, AlignmentSettings, AlignmentState
 from clockdrive.control import Control, Steps
+from clockdrive.mount_registers import MountRegisters
 from clockdrive.observing import Observing
 from clockdrive.session import Session
 from clockdrive.witness import SkyWitness
@@ -26,8 +27,8 @@ class Alignment:
 
     Parameters
     ----------
-    session : Session
-        Whose telescope.
+    registers : MountRegisters
+        Where the lean is written, where nobody turns knobs.
     aligning : Aligning
         Does the work.
     control : Control
@@ -39,9 +40,9 @@ class Alignment:
     """
 
     def __init__(
-        self, session: Session, aligning: Aligning, control: Control, perform: Perform, report: Tell
+        self, registers: MountRegisters, aligning: Aligning, control: Control, perform: Perform, report: Tell
     ) -> None:
-        self._session, self._aligning = session, aligning
+        self._registers, self._aligning = registers, aligning
         self._control, self._perform, self._report = control, perform, report
 
     @classmethod
@@ -50,6 +51,7 @@ class Alignment:
         session: Session,
         slewing: "Slewing",
         runs: "PointingRuns",
+        registers: MountRegisters,
         witness: SkyWitness,
         settings: AlignmentSettings,
         control: Control,
@@ -60,7 +62,7 @@ class Alignment:
         observing = Observing(session, slewing, runs.store)
         aligning = control.call(lambda: Aligning(session, observing, witness, settings))
         perform(aligning.begin(report))
-        return cls(session, aligning, control, perform, report)
+        return cls(registers, aligning, control, perform, report)
 
     def look(self, *, turned: bool = True, another: bool = False) -> AlignmentState:
         """Look again; return what is left.
@@ -85,6 +87,8 @@ class Alignment:
     def write_mount(self) -> tuple[int, int]:
         """Point with the lean of axis 1 as it is, instead of turning knobs, until the telescope is closed.
 
+        `drive.push()` writes it into a drive that keeps these registers; `clear("mount x")` ends it.
+
         The telescope stops; `sync` on a star afterwards, for what is left is an index error.
 
         Returns
@@ -100,7 +104,7 @@ class Alignment:
 
         def write() -> tuple[int, int]:
             x_mas, y_mas = self._aligning.registers
-            with_registers(self._session, x_mas, y_mas)
+            self._registers.write(x_mas, y_mas)
             return x_mas, y_mas
 
         return self._control.call(write)

@@ -37,7 +37,7 @@ from clockdrive.configuration_sections import (
 )
 from clockdrive.errors import ConfigurationError
 
-Origin = Literal["flag", "environment", "file", "unit", "default"]
+Origin = Literal["flag", "environment", "file", "unit", "default", "polar alignment"]
 _Section = TypeVar("_Section")
 _PREFIX = "CLOCKDRIVE_"
 NO_FILE = (

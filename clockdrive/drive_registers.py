@@ -54,13 +54,13 @@ class DriveRegisters:
     ----------
     session : Session
         Whose drive it is.
-    configuration : Configuration
-        What the registers are compared with.
+    configuration : callable
+        Returns that with which the registers are compared; a polar alignment may change it.
     control : Control
         Where the work is done.
     """
 
-    def __init__(self, session: Session, configuration: Configuration, control: Control) -> None:
+    def __init__(self, session: Session, configuration: Callable[[], Configuration], control: Control) -> None:
         self._session = session
         self._configuration = configuration
         self._control = control
@@ -102,7 +102,7 @@ class DriveRegisters:
         """Return the registers that the unit has otherwise than the configuration, with both values."""
         drive = self._session.drive
         if isinstance(drive, ByHand):
-            return self._control.call(lambda: differing(drive, self._configuration))
+            return self._control.call(lambda: differing(drive, self._configuration()))
         return self._control.call(
             lambda: Answer({"ok": True, "differences": [_told(d) for d in self._differences()]})
         )
@@ -123,7 +123,7 @@ class DriveRegisters:
     def _push(self, keys: Sequence[str]) -> Answer:
         names = [name for key in keys for name in registers_of_key(key)]
         names = names or [found.register for found in self._differences()]
-        wanted = {name: value for name, value in registers(self._configuration).items() if name in names}
+        wanted = {name: value for name, value in registers(self._configuration()).items() if name in names}
         upkeep = self._drive.upkeep
         written = self._changing(
             lambda: [upkeep.write(name, value, force=True, beside=wanted) for name, value in wanted.items()]
@@ -144,7 +144,7 @@ class DriveRegisters:
         """
         drive = self._session.drive
         if not isinstance(drive, ByHand):
-            kind = self._configuration.drive.kind
+            kind = self._configuration().drive.kind
             raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes its registers")
 
         def work() -> Answer:
@@ -229,13 +229,13 @@ class DriveRegisters:
 
     def _differences(self) -> tuple[Difference, ...]:
         drive = self._drive
-        return differences(self._configuration, {**registers_of(drive.unit), **drive.lent})
+        return differences(self._configuration(), {**registers_of(drive.unit), **drive.lent})
 
     @property
     def _drive(self) -> HasRegisters:
         drive = self._session.drive
         if not isinstance(drive, HasRegisters):
-            raise Refused(f"a drive of kind {self._configuration.drive.kind} has no registers; `status` shows all")
+            raise Refused(f"a drive of kind {self._configuration().drive.kind} has no registers; `status` shows all")
         return drive
 
 

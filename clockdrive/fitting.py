@@ -58,6 +58,8 @@ class Wanted:
         Observations to leave out.
     pole : str
         To which the polar axis shall point.
+    by_run : bool
+        Of a kept run: choose the terms and find outliers where it has stars enough for that.
     """
 
     terms: str = ""
@@ -70,6 +72,7 @@ class Wanted:
     by_pier: bool = False
     mask: tuple[int, ...] = ()
     pole: Pole = "true"
+    by_run: bool = False
 
 
 @dataclass(frozen=True)

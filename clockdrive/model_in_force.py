@@ -4,6 +4,7 @@ What a person puts in force is written into the state directory, so that it outl
 from there: `status` names it, `clear` ends it and the configured one is in force again.
 """
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 NAME = "pointing model"
 """Of the correction, in `status`."""
 _KEPT, _NONE = "kept", "none"
+_SAME = math.radians(1e-3 / 3600.0)  # of registers, which are whole milliarcseconds
 
 
 class ModelInForce:
@@ -73,25 +75,30 @@ class ModelInForce:
         Raises
         ------
         Refused
-            The telescope is not at rest: the target that it tracks would be elsewhere.
+            The telescope is not at rest: the target that it tracks would be elsewhere. Or the model comes on top of
+            other mount registers than are in force, which would count twice.
         PointingError
             It is no model of this mount, or has a term of one's own, which no file keeps.
+        StateError
+            It cannot be remembered; what was in force goes on.
         """
         self._require_rest()
+        self._require_registers(model)
         store, now = self._session.store, self._session.clock.now()
         if model is None:
-            self._set(None)
             store.record_model(_NONE, now)
+            self._set(None)
+            self._path.unlink(missing_ok=True)
         else:
             fresh = self._path.with_suffix(".new")  # the one that was in force is there until this one is good
             try:
                 self._write(model, fresh)
-                self._set(self._read(fresh))
+                self._read(fresh)
+                store.record_model(_KEPT, now)
                 fresh.replace(self._path)
             finally:
                 fresh.unlink(missing_ok=True)
             self._set(self._read(self._path))
-            store.record_model(_KEPT, now)
         self._told()
 
     def clear(self) -> None:
@@ -103,8 +110,8 @@ class ModelInForce:
             The telescope is not at rest.
         """
         self._require_rest()
-        self._set(self._configured)
         self._session.store.clear_model()
+        self._set(self._configured)
         self._path.unlink(missing_ok=True)
         self._told()
 
@@ -113,6 +120,18 @@ class ModelInForce:
         session.require_free(parked=True)
         if session.pursuit is not None:
             raise Refused(f"the telescope tracks {session.pursuit.target.name}: `stop` it, then change the model")
+
+    def _require_registers(self, model: "Given") -> None:
+        fitted = getattr(model, "registers", None)  # of a report alone; a file does not tell
+        mount = self._session.planner.mount
+        if fitted is not None and math.dist(fitted, (mount.x, mount.y)) > _SAME:
+            on, here = (
+                " and ".join(f"{math.degrees(each) * 3600.0:.1f}″" for each in pair)
+                for pair in (fitted, (mount.x, mount.y))
+            )
+            raise Refused(
+                f"the model was fitted on top of mount registers of {on}, and {here} are in force: fit the run again"
+            )
 
     def _write(self, model: "Fit | PointingModel | RunReport | str | Path", path: Path) -> None:
         """Write a model in TPOINT's form, with all that is known of it."""

@@ -1,14 +1,14 @@
 """The pointing runs of a telescope as a person uses them: list, look, fit, mask, import, export. Nothing moves."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self, TypeVar
 
 from clockdrive.configuration import Configuration
 from clockdrive.errors import InputError
 from clockdrive.fitting import Wanted
+from clockdrive.mount_registers import configured
 from clockdrive.run_report import RunReport, pointing_run, report_of, stored_of, worst
 from clockdrive.run_store import RunStore, StoredRun
 from clockdrive.state import StateStore, Zero
@@ -18,7 +18,7 @@ from pointing.model.tpoint_file import write_tpoint
 from pointing.model.words import Places
 from pointing.site import Weather
 
-_ARCSEC = math.radians(1.0 / 3600.0)
+T = TypeVar("T")
 
 
 class PointingRuns:
@@ -28,8 +28,8 @@ class PointingRuns:
     ----------
     store : RunStore
         Where they are kept.
-    registers : tuple of float
-        The mount registers X and Y in force, radians; models come on top of them.
+    registers : callable
+        Tells the mount registers X and Y in force, radians; models come on top of them.
     zero : callable
         Tells what axis angles are counted from now; by default as when a run's last star was seen.
     """
@@ -37,7 +37,7 @@ class PointingRuns:
     def __init__(
         self,
         store: RunStore,
-        registers: tuple[float, float] = (0.0, 0.0),
+        registers: Callable[[], tuple[float, float]] = lambda: (0.0, 0.0),
         zero: Callable[[], Zero | None] = lambda: None,
     ) -> None:
         self.store = store
@@ -53,15 +53,29 @@ class PointingRuns:
         StateError
             The file cannot be read or written.
         """
-        store = RunStore(configuration.state_directory, configuration.identity)
-        mount = configuration.mount
-        x, y = (mas * 1e-3 * _ARCSEC for mas in (mount.mount_x_mas, mount.mount_y_mas))
+        directory, telescope = configuration.state_directory, configuration.identity
 
-        def zero() -> Zero:
-            with StateStore(configuration.state_directory, configuration.identity) as state:
-                return state.zero()
+        def known(ask: Callable[[StateStore], T]) -> T:
+            with StateStore(directory, telescope) as state:
+                return ask(state)
 
-        return cls(store, (x, y), zero)
+        return cls(
+            RunStore(directory, telescope),
+            lambda: known(lambda state: configured(configuration, state)),
+            lambda: known(StateStore.zero),
+        )
+
+    @classmethod
+    def beside(cls, configuration: Configuration, frame: Mapping[str, Any]) -> Self:
+        """Open the runs of a telescope that another owns, which has told the `frame` in force."""
+        one, two = frame["registers"]
+        zero = Zero(int(frame["zero"]["lost"]), tuple(frame["zero"]["moved_deg"]))
+        return cls(RunStore(configuration.state_directory, configuration.identity), lambda: (one, two), lambda: zero)
+
+    @property
+    def frame(self) -> dict[str, Any]:
+        """What a model of today is fitted for, as it travels in JSON: mount registers, radians, and zero points."""
+        return {"registers": list(self._registers()), "zero": vars(self._zero() or Zero())}
 
     def __enter__(self) -> Self:
         return self
@@ -86,7 +100,7 @@ class PointingRuns:
 
     def observations(self, name: str | None = None) -> PointingRun:
         """What fits read of a run, by default the newest."""
-        return pointing_run(self.store.read(name), self._registers, self._zero())
+        return pointing_run(self.store.read(name), self._registers(), self._zero())
 
     def report(self, name: str | None = None, wanted: Wanted | None = None) -> RunReport:
         """Fit a run, by default the newest with the terms that it asks for.
@@ -96,7 +110,7 @@ class PointingRuns:
         InputError, TooFewStars, PointingError
             There is none; it cannot be fitted.
         """
-        return report_of(self.store.read(name), self._registers, wanted, self._zero())
+        return report_of(self.store.read(name), self._registers(), wanted, self._zero())
 
     def mask(self, name: str, indices: Sequence[int], reason: str = "by hand") -> None:
         """Let observations, counted from 0, take no part in fits."""
@@ -133,14 +147,17 @@ class PointingRuns:
         return run
 
     def write(self, name: str | None, path: str | Path) -> None:
-        """Write a run into a file: ECSV, which keeps all, or TPOINT's where the name ends in `.dat`.
+        """Write a run into a file: ECSV, or TPOINT's where the name ends in `.dat`.
+
+        Places are those of the sky, whatever mount registers are in force; masks, weights and times go along, counts
+        and what was in force do not.
 
         Raises
         ------
         InputError, PointingError
             There is no such run; the file cannot be written.
         """
-        run = self.observations(name)
+        run = pointing_run(self.store.read(name), zero=self._zero())
         if Path(path).suffix == ".ecsv":
             from pointing.model.ecsv_run import write_ecsv  # noqa: PLC0415 - takes astropy along
 
@@ -148,4 +165,6 @@ class PointingRuns:
         elif Path(path).suffix == ".dat":
             write_tpoint(run, path)
         else:
-            raise InputError(f"{path}: name a file that ends in .ecsv, which keeps all, or in .dat, TPOINT's own")
+            raise InputError(
+                f"{path}: name a file that ends in .ecsv, with weights and times, or in .dat, TPOINT's own"
+            )

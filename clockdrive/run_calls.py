@@ -10,26 +10,39 @@ if TYPE_CHECKING:
 
 Emit = Callable[[Mapping[str, object]], object]
 Call = Callable[[dict[str, Any], Emit], object]
-_OPTIONS = {"run": "name", **{name: name for name in ("stars", "witness", "resume", "append", "bright", "settle_s")}}
+_OPTIONS = {"run": "name", **{name: name for name in ("stars", "resume", "append", "bright", "settle_s")}}
 
 
 def run_calls(telescope: "Telescope") -> dict[str, Call]:
-    """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here, and `use_model`.
+    """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here, and two more.
 
-    `reply` answers what a run asks. `use_model` takes the path of a model file, or None.
+    `fit` false leaves the fit to the caller, who asks `run_frame` for what it must be fitted. `reply` answers what a
+    run asks. `use_model` takes the path of a model file, or None.
     """
 
     def pointing_run(args: dict[str, Any], emit: Emit) -> object:
+        from clockdrive.run_report import run_json  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+        from clockdrive.run_taking import RunSettings  # noqa: PLC0415 - likewise
+
         given = {option: args[name] for name, option in _OPTIONS.items() if args.get(name) is not None}
-        return telescope.pointing_run(
-            **given, watch=lambda progress: emit(_told(progress)), ask=lambda what: emit({"ask": what})
-        ).json
+        name = telescope.take_run(
+            RunSettings(**given),
+            args.get("witness") or "simulator",
+            lambda progress: emit(_told(progress)),
+            lambda what: emit({"ask": what}),
+        )
+        if args.get("fit", True):
+            return telescope.runs.report(name).json
+        return {"ok": True, "run": run_json(telescope.runs[name])}
+
+    def run_frame(_args: dict[str, Any], _: Emit) -> object:
+        return {"ok": True, **telescope.runs.frame}
 
     def use_model(args: dict[str, Any], _: Emit) -> object:
         telescope.use_model(args["model"])
         return {"ok": True}
 
-    return {"pointing_run": pointing_run, "use_model": use_model}
+    return {"pointing_run": pointing_run, "run_frame": run_frame, "use_model": use_model}
 
 
 def _told(progress: "RunProgress") -> dict[str, object]:

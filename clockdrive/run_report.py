@@ -6,7 +6,7 @@ mechanical angles are raw. So an old run can be fitted again for whatever the mo
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from html import escape
 from typing import Any
@@ -58,6 +58,8 @@ class RunReport:
         Sky RMS with the zero points of the axes alone.
     notes : tuple of str
         What losses of the position mean for this run, a sentence each.
+    registers : tuple of float
+        The mount registers X and Y on which the model comes, radians.
     """
 
     stored: StoredRun
@@ -66,6 +68,7 @@ class RunReport:
     cross_validation_arcsec: float
     before_arcsec: float
     notes: tuple[str, ...] = ()
+    registers: tuple[float, float] = (0.0, 0.0)
 
     @property
     def name(self) -> str:
@@ -172,12 +175,15 @@ def report_of(
             f"the run {stored.name} has {kept} stars that take part, {len(stored.skipped)} places were skipped; "
             f"a fit needs {FEWEST}, and 20 to 50 make a good one: resume it or append to it"
         )
-    wanted = wanted or Wanted(auto=kept >= _FEW, outliers=kept >= _FEW)
+    wanted = wanted or Wanted(by_run=True)
+    if wanted.by_run:
+        enough = int(np.count_nonzero(run.masked(wanted.mask).kept)) >= _FEW
+        wanted = replace(wanted, auto=enough, outliers=enough)
     fitted = fit_run(run, wanted)
     return RunReport(
         stored, run, fitted,
         cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
-        _notes(stored, zero),
+        _notes(stored, zero), registers,
     )  # fmt: skip
 
 
@@ -251,9 +257,14 @@ def _moved(then: Zero | None, today: Zero) -> tuple[float, float]:
 
 
 def worst(report: RunReport, count: int = 1) -> tuple[int, ...]:
-    """Indices of the observations that lie farthest from the fit, counted from 0."""
+    """Indices of the observations that lie farthest from the fit, counted from 0.
+
+    What the fit has found not to belong is among them; what was masked before is not.
+    """
     dx, dy = report.fit.residuals
-    far = np.where(report.fit.weight > 0.0, np.hypot(dx, dy), -1.0)
+    there = report.fit.weight > 0.0
+    there[[each.index for each in report.fit.outliers]] = True
+    far = np.where(there, np.hypot(dx, dy), -1.0)
     return tuple(int(i) for i in np.argsort(-far)[:count] if far[i] >= 0.0)
 
 

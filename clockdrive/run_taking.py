@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from clockdrive.answers import utc
 from clockdrive.errors import InputError, Refused
@@ -14,6 +15,46 @@ from pointing.catalogue import bright_stars
 from pointing.run_plan import RunPlace, short_way, spread_places, star_places
 
 _EACH_S = 90.0  # that a place may take, for how far the Sun gets on
+
+
+_LONGEST_SETTLING_S = 600.0
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """What run to take.
+
+    Parameters
+    ----------
+    stars : int
+        How many; not asked for a run that is resumed.
+    name : str, optional
+        Of the run; by default the moment at which it begins, or the newest to resume or append to.
+    resume, append : bool
+        Go on with a run that was interrupted; add stars to a run.
+    bright : bool
+        Go to bright stars, not to places of the sky.
+    settle_s : float
+        Between the arrival and the look.
+
+    Raises
+    ------
+    InputError
+        One of them is impossible; nothing has moved.
+    """
+
+    stars: int = 50
+    name: str | None = None
+    resume: bool = False
+    append: bool = False
+    bright: bool = False
+    settle_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.resume and self.append:
+            raise InputError("resume or append: a run that was interrupted is resumed, one that is done appended to")
+        if not 0.0 <= self.settle_s <= _LONGEST_SETTLING_S:
+            raise InputError(f"settling for {self.settle_s:g} s: give 0 to {_LONGEST_SETTLING_S:.0f}")
 
 
 class RunTaking:
@@ -34,7 +75,7 @@ class RunTaking:
         self._runs = runs
         self.observing = Observing(session, slewing, runs.store)
 
-    def begun(self, stars: int, name: str | None, *, witness: str, resume: bool, append: bool, bright: bool) -> str:
+    def begun(self, wanted: RunSettings, witness: str) -> str:
         """Begin or find a run; return its name.
 
         Raises
@@ -45,35 +86,33 @@ class RunTaking:
             The name is taken, or there is none of it; so many stars cannot be had.
         """
         session, store = self._session, self._runs.store
-        if resume and append:
-            raise InputError("resume or append: a run that was interrupted is resumed, one that is done appended to")
         session.require_free()
         session.synchronised()
         if session.planner.mount.origin_distance:
             off = math.degrees(session.planner.mount.origin_distance)
             raise Refused(f"targets are put {off:.3f}° beside the tube's axis: choose an instrument at 0, 0 first")
-        if resume:
-            return store.read(name).name
-        if append:
-            found = store.read(name)
-            store.append(found.name, self._places(stars, bright=bright, other=len(found.places)))
+        if wanted.resume:
+            return store.read(wanted.name).name
+        if wanted.append:
+            found = store.read(wanted.name)
+            store.append(found.name, self._places(wanted, len(found.places)))
             return found.name
-        places = self._places(stars, bright=bright)
+        places = self._places(wanted)
         now, mount = session.clock.now(), session.planner.mount
-        name = name or utc(now)[:19]
-        settings = {"stars": stars, "witness": witness, "bright": bright}
+        name = wanted.name or utc(now)[:19]
+        settings = {"stars": wanted.stars, "witness": witness, "bright": wanted.bright}
         placed = tuple(_placed(places))
         store.begin(StoredRun(name, now, mount.type.kind, math.degrees(mount.latitude), settings, placed, ()))
         return name
 
-    def _places(self, stars: int, *, bright: bool, other: int = 0) -> tuple[RunPlace, ...]:
+    def _places(self, wanted: RunSettings, other: int = 0) -> tuple[RunPlace, ...]:
         session = self._session
         planner, now = session.planner, session.clock.now()
-        lasts = stars * _EACH_S
+        lasts = wanted.stars * _EACH_S
         places = (
-            star_places(planner, stars, now, lasts, bright_stars(), other)
-            if bright
-            else spread_places(planner, stars, now, lasts, other)
+            star_places(planner, wanted.stars, now, lasts, bright_stars(), other)
+            if wanted.bright
+            else spread_places(planner, wanted.stars, now, lasts, other)
         )
         one, two = (
             model.max_rate / abs(axis.gearing.counts_per_radian)

@@ -34,6 +34,7 @@ from clockdrive.drive_registers import DriveRegisters
 from clockdrive.drives import kind_of
 from clockdrive.errors import ArgumentError, finite
 from clockdrive.guiding import Guiding
+from clockdrive.mount_registers import NAMES, MountRegisters
 from clockdrive.owner import Ownership
 from clockdrive.pass_search import searched, wanted_of
 from clockdrive.planning import (
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from clockdrive.planning import TargetLike, TimeLike
     from clockdrive.pointing_runs import PointingRuns
     from clockdrive.run_report import RunReport
+    from clockdrive.run_taking import RunSettings
     from clockdrive.true_sky import SimulatedSky
     from clockdrive.witness import SkyWitness
     from mounts.commissioning import Finding
@@ -155,7 +157,7 @@ class Telescope:
             escapes=self.configuration.limits.sun_escape == "away",
         )
         self._control = control_for(self.clock, self._automatic.cycle)
-        self.drive = DriveRegisters(self._session, self.configuration, self._control)
+        self.drive = DriveRegisters(self._session, lambda: self.configuration, self._control)
         """The drive's own registers: show, set, diff, push, save, factory, reload, encoders."""
 
     @classmethod
@@ -516,6 +518,8 @@ class Telescope:
         def clear() -> None:
             if correction == model_in_force.NAME and self._model.by_hand:
                 self._model.clear()
+            elif correction in NAMES and self._registers.by_hand:
+                self._registers.clear()
             else:
                 self._adjusting.clear(correction)
 
@@ -531,9 +535,11 @@ class Telescope:
     def runs(self) -> "PointingRuns":
         """The pointing runs that are kept of this telescope."""
         from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - the mathematics takes 0.2 s to load
+        from clockdrive.run_store import RunStore  # noqa: PLC0415 - likewise
 
         if self._runs is None:
-            self._runs = PointingRuns.of(self.configuration)
+            store, state = RunStore(self.configuration.state_directory, self.configuration.identity), self._store
+            self._runs = PointingRuns(store, lambda: self._registers.in_force, state.zero)
         return self._runs
 
     def pointing_run(
@@ -577,15 +583,27 @@ class Telescope:
         InputError, WitnessError, PointingError, TooFewStars
             The run, its name or its witness is none; too few stars were seen for a fit.
         """
+        from clockdrive.run_taking import RunSettings  # noqa: PLC0415 - as in `runs`
+
+        wanted = RunSettings(stars, name, resume, append, bright, finite("settling for", settle_s, "seconds"))
+        return self.runs.report(self.take_run(wanted, witness, watch, ask))
+
+    def take_run(
+        self,
+        wanted: "RunSettings",
+        witness: "str | SkyWitness",
+        watch: "Callable[[RunProgress], object]",
+        ask: Callable[[str], object],
+    ) -> str:
+        """Take a run as `pointing_run` does, and fit nothing; return its name."""
         from clockdrive.run_taking import RunTaking  # noqa: PLC0415 - as in `runs`
 
         taking = RunTaking(self._session, self._slewing, self.runs)
         seer = self._sky_witness(witness, ask)
-        name = self._control.call(
-            lambda: taking.begun(stars, name, witness=str(witness), resume=resume, append=append, bright=bright)
-        )
-        self._perform(taking.observing.run(name, seer, finite("settling for", settle_s, "seconds"), watch))
-        return self.runs.report(name)
+        who = witness if isinstance(witness, str) else type(witness).__name__
+        name = self._control.call(lambda: taking.begun(wanted, who))
+        self._perform(taking.observing.run(name, seer, wanted.settle_s, watch))
+        return name
 
     def polar_alignment(
         self,
@@ -629,7 +647,15 @@ class Telescope:
             finite("settling for", settle_s, "seconds"),
         )
         return Alignment.begun(
-            self._session, self._slewing, self.runs, seer, settings, self._control, self._perform, report
+            self._session,
+            self._slewing,
+            self.runs,
+            self._registers,
+            seer,
+            settings,
+            self._control,
+            self._perform,
+            report,
         )
 
     def use_model(self, model: "Fit | PointingModel | RunReport | str | Path | None") -> None:
@@ -733,11 +759,15 @@ class Telescope:
             session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
             self._model = model_in_force.ModelInForce(session, configuration.state_directory)
             self._model.take_up()
+            self._registers = MountRegisters(session, self.configuration, self._reconfigured)
             session.open(make_safe=self.ownership.previous_owner_died)
         except BaseException:
             self._store.close()
             raise
         return session
+
+    def _reconfigured(self, configuration: Configuration) -> None:
+        self.configuration = configuration
 
     def _gone_to(self, target: Target, progress: Report, ahead: PassPlan | None, hold: Hold | None) -> Steps[Arrival]:
         """Slew to a new target; what was found of the last one is not taken along."""

@@ -5,12 +5,16 @@ it is done in steps like everything that waits; a look that fails says why and w
 """
 
 import math
+import os
 import queue
 import re
 import shlex
+import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -97,14 +101,16 @@ class CommandWitness:
         """Run the program and read what it prints."""
         with tempfile.TemporaryFile() as out:
             try:
-                process = subprocess.Popen(shlex.split(self._command), stdout=out, stdin=subprocess.DEVNULL)  # noqa: S603
+                process = subprocess.Popen(  # noqa: S603 - the person's own program
+                    shlex.split(self._command), stdout=out, stdin=subprocess.DEVNULL, start_new_session=True
+                )
             except (OSError, ValueError) as error:
                 raise WitnessError(f"the witness {self._command!r} cannot be run: {error}; check its path") from error
             try:
                 yield from self._ended(process)
             finally:
                 if process.poll() is None:
-                    process.kill()
+                    _kill(process)
                 process.wait()
             out.seek(0)
             text = out.read(4096).decode(errors="replace").strip()
@@ -125,6 +131,15 @@ class CommandWitness:
             waited += _PERIOD_S
 
 
+def _kill(process: "subprocess.Popen[bytes]") -> None:
+    """End a program with all that it has started, where the system has groups of processes."""
+    if sys.platform == "win32":
+        process.kill()
+    else:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
 class TypedWitness:
     """A person who types where the telescope points, whenever `ask` asks.
 
@@ -142,7 +157,10 @@ class TypedWitness:
         self._planner, self._clock, self._replies, self._ask = planner, clock, replies, ask
 
     def look(self) -> Steps[Sighting]:
-        """Ask, and wait for a line."""
+        """Ask, and wait for a line; what was typed before nobody has asked for."""
+        with suppress(queue.Empty):
+            while True:
+                self._replies.get_nowait()
         self._ask("RA and Dec of the centre of the field (ICRS), and the UTC of the exposure if not now")
         waited = 0.0
         while True:

@@ -81,6 +81,12 @@ def configuration_of(
     return configuration
 
 
+def running(configuration: Configuration) -> Attached | None:
+    """The owner that runs, if there is one."""
+    client = attach(configuration.state_directory, configuration.identity)
+    return None if client is None else Attached(client)
+
+
 @contextmanager
 def backend(
     path: str | None, command: str, *, keep_tracking: bool = False, may_attach: bool = True
@@ -104,9 +110,9 @@ def backend(
         The telescope cannot be opened, or could not be left as it should be.
     """
     configuration = configuration_of(path)
-    client = attach(configuration.state_directory, configuration.identity) if may_attach else None
-    if client is not None:
-        yield Attached(client)
+    owner = running(configuration) if may_attach else None
+    if owner is not None:
+        yield owner
         return
     from clockdrive.telescope import Telescope  # noqa: PLC0415 - what needs no telescope starts without
 

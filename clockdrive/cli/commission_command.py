@@ -6,7 +6,6 @@ Nothing moves, and nothing is written into the configuration, without a yes: typ
 import argparse
 import os
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,12 +13,13 @@ from typing import Any
 
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend
+from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
 from clockdrive.errors import InputError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _FORMAT = "drive.position_format"
 _FORMAT_VARIABLE = "CLOCKDRIVE_DRIVE__POSITION_FORMAT"
-_WITNESSES = "encoders | simulator | command:PROGRAM | typed"
+_WITNESSES = f"encoders | {WITNESSES}"
 _MARKS = {"confirmed": "ok       ", "refuted": "NOT      ", "measured": "measured ", "untested": "untested "}
 
 
@@ -44,10 +44,7 @@ def commission(args: argparse.Namespace) -> None:
             print(f"  {step.name:16} {bound:32} {step.finds}", file=sys.stderr)
         _require_consent(args, "Take these steps?")
     with _any_format(), backend(args.config, "commission") as telescope:
-        if args.witness == "typed" and telescope.attached:
-            raise InputError(
-                "the witness `typed` needs this command to own the telescope; end the running owner first"
-            )
+        refuse_typed_elsewhere(args.witness, telescope)
         answer = telescope.call(
             "commission",
             _events(telescope, quiet=args.json),
@@ -77,24 +74,18 @@ def _any_format() -> Iterator[None]:
 
 def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
     """Tell what happens, and let the person answer what is asked, beside the steps."""
+    typed = StandardInput()
 
     def show(event: Mapping[str, Any]) -> None:
-        if "ask" in event:
-            print(f"{event['ask']}: ", end="", file=sys.stderr, flush=True)
-            threading.Thread(target=_answer, args=(telescope,), daemon=True).start()
-        elif quiet:
+        if typed.asked(telescope, event) or quiet:
             return
-        elif "findings" not in event:
+        if "findings" not in event:
             print(f"{event['number']}/{event['of']} {event['step']}: {event['finds']}", file=sys.stderr, flush=True)
         else:
             for found in event["findings"]:
                 print(f"  {_MARKS[found['verdict']]}{found['subject']}: {found['detail']}", flush=True)
 
     return show
-
-
-def _answer(telescope: Backend) -> None:
-    telescope.call("reply", text=sys.stdin.readline())
 
 
 def _written(args: argparse.Namespace, changes: Mapping[str, object]) -> str | None:

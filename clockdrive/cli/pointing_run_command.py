@@ -3,7 +3,6 @@
 import argparse
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.cli import display
-from clockdrive.cli.backend import Backend, backend, configuration_of
+from clockdrive.cli.backend import Backend, backend, configuration_of, running
 from clockdrive.cli.fit_command import (
     add_file_options,
     add_fit_options,
@@ -22,6 +21,8 @@ from clockdrive.cli.fit_command import (
     write_results,
 )
 from clockdrive.cli.spoken import spoken
+from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
+from clockdrive.configuration import Configuration, load
 from clockdrive.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TAKING = ("take", "resume", "append")
-_WITNESSES = "simulator | command:PROGRAM | typed"
 
 
 def add_pointing_run(add: Adder) -> None:
@@ -52,7 +52,7 @@ def add_pointing_run(add: Adder) -> None:
     )
     command.add_argument("--name", metavar="NAME", help="of the run to take, resume or append to")
     command.add_argument("--stars", type=int, default=50, metavar="N", help="how many (default 50)")
-    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {_WITNESSES}")
+    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
     command.add_argument("--bright", action="store_true", help="go to bright stars, not to places of the sky")
     command.add_argument("--settle", type=float, default=1.0, metavar="S", help="seconds before a look (default 1)")
     command.add_argument("--count", type=int, default=1, metavar="N", help="how many of the worst to mask")
@@ -66,11 +66,21 @@ def pointing_run(args: argparse.Namespace) -> None:
     """Take a run, or do something with a kept one."""
     if args.action in _TAKING:
         _take(args)
-        return
+    elif args.action == "fit" and args.apply:
+        _fit_and_apply(args)
+    else:
+        configuration = configuration_of(args.config)
+        with _kept(configuration, running(configuration)) as runs:
+            _KEPT[args.action](args, runs)
+
+
+def _kept(configuration: Configuration, telescope: Backend | None) -> "PointingRuns":
+    """The kept runs: with what is in force in a telescope that is open, which its files need not tell."""
     from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
-    with PointingRuns.of(configuration_of(args.config)) as runs:
-        _KEPT[args.action](args, runs)
+    if telescope is None:
+        return PointingRuns.of(configuration)
+    return PointingRuns.beside(configuration, telescope.call("run_frame"))
 
 
 def _take(args: argparse.Namespace) -> None:
@@ -78,10 +88,7 @@ def _take(args: argparse.Namespace) -> None:
     refuse_unwritable(args)
     wanted = _wanted(args)
     with backend(args.config, "pointing-run") as telescope:
-        if args.witness == "typed" and telescope.attached:
-            raise InputError(
-                "the witness `typed` needs this command to own the telescope; end the running owner first"
-            )
+        refuse_typed_elsewhere(args.witness, telescope)
         try:
             answer = telescope.call(
                 "pointing_run",
@@ -93,25 +100,37 @@ def _take(args: argparse.Namespace) -> None:
                 append=args.action == "append",
                 bright=args.bright,
                 settle_s=args.settle,
+                fit=False,
             )
         except KeyboardInterrupt:
             print("clockdrive: what was seen is kept; `pointing-run resume` goes on with it", file=sys.stderr)
             raise
-    args.words = [answer["run"]["name"]]
-    from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - as in `pointing_run`
+        _fitted(args, telescope, answer["run"]["name"], wanted)
 
-    with PointingRuns.of(configuration_of(args.config)) as runs:
-        _show_fit(args, runs.report(args.words[0], wanted))
+
+def _fit_and_apply(args: argparse.Namespace) -> None:
+    """Fit a kept run for what is in force in the telescope, and put it in force there."""
+    name = _one(args.words, "a name")
+    refuse_unwritable(args)
+    wanted = _wanted(args)
+    with backend(args.config, "pointing-run", keep_tracking=True) as telescope:
+        _fitted(args, telescope, name, wanted)
+
+
+def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, wanted: "Wanted") -> None:
+    with _kept(load(args.config), telescope) as runs:
+        report = runs.report(name, wanted)
+    if args.apply:
+        _apply(telescope, report)
+    _show_fit(args, report)
 
 
 def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
     """Tell of each place, and let the person answer what is asked."""
+    typed = StandardInput()
 
     def show(event: Mapping[str, Any]) -> None:
-        if "ask" in event:
-            print(f"{event['ask']}: ", end="", file=sys.stderr, flush=True)
-            threading.Thread(target=_answer, args=(telescope,), daemon=True).start()
-        elif not quiet and event["state"] in {"observed", "skipped"}:
+        if not typed.asked(telescope, event) and not quiet and event["state"] in {"observed", "skipped"}:
             where = event["star"] or f"azimuth {event['azimuth_deg']:5.1f}° altitude {event['altitude_deg']:4.1f}°"
             said = f"{event['state']}, {event['detail']}"
             print(
@@ -119,10 +138,6 @@ def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]],
             )
 
     return show
-
-
-def _answer(telescope: Backend) -> None:
-    telescope.call("reply", text=sys.stdin.readline())
 
 
 def _list(args: argparse.Namespace, runs: "PointingRuns") -> None:
@@ -203,15 +218,21 @@ _KEPT: dict[str, Callable[[argparse.Namespace, "PointingRuns"], None]] = {
 }
 
 
-def _wanted(args: argparse.Namespace) -> "Wanted | None":
-    """How to fit, where somebody says; else the run decides."""
+def _wanted(args: argparse.Namespace) -> "Wanted":
+    """How to fit; where nobody says with which terms, the run decides.
+
+    Raises
+    ------
+    InputError
+        An option makes no sense, or is one of `import`.
+    """
+    if args.places or args.weather:
+        raise InputError("--places and --weather tell how a file is read: give them to `pointing-run import`")
     wanted = wanted_of(args)
-    return None if replace(wanted, pole="true", mask=()) == type(wanted)() else wanted
+    return replace(wanted, by_run=replace(wanted, pole="true", mask=()) == type(wanted)())
 
 
 def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
-    if args.apply:
-        _apply(args, report)
     if args.json:
         display.as_json({**report.json, "written": list(write_results(args, report.fit))})
         return
@@ -224,12 +245,9 @@ def _show_fit(args: argparse.Namespace, report: "RunReport") -> None:
         )
 
 
-def _apply(args: argparse.Namespace, report: "RunReport") -> None:
+def _apply(telescope: Backend, report: "RunReport") -> None:
     """Put the model of a fit in force."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        backend(args.config, "pointing-run", keep_tracking=True) as telescope,
-    ):
+    with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.mod"
         report.fit.save(file)
         telescope.call("use_model", model=str(file))

@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,14 +9,14 @@ from typing import Any
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, interruption_stops
 from clockdrive.cli.spoken import spoken
-from clockdrive.errors import ClockdriveError, InputError
+from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
+from clockdrive.errors import ClockdriveError
 from mounts.errors import DriveError
 from pointing.errors import PointingError
 from pointing.model.words import POLES
 from transports.errors import TransportError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
-_WITNESSES = "simulator | command:PROGRAM | typed"
 _KEYS = {
     "": {"turned": True, "another": False},
     "t": {"turned": True, "another": True},
@@ -34,7 +33,7 @@ _FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 def add_polar_align(add: Adder) -> None:
     """Add the grammar of `polar-align`."""
     command = add("polar-align", "look at three stars, say what to turn to put axis 1 right, and look again")
-    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {_WITNESSES}")
+    command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
     command.add_argument("--pole", choices=POLES, default="true", help="to which a polar axis shall point")
     command.add_argument("--goal", type=float, default=20.0, metavar="ARCSEC", help="near enough (default 20)")
     command.add_argument(
@@ -51,23 +50,21 @@ def add_polar_align(add: Adder) -> None:
 def polar_align(args: argparse.Namespace) -> None:
     """Look, advise, wait for the knobs, look again, until the goal, `q` or the end of the input."""
     with backend(args.config, "polar-align") as telescope, interruption_stops(telescope):
-        if args.witness == "typed" and telescope.attached:
-            raise InputError(
-                "the witness `typed` needs this command to own the telescope; end the running owner first"
-            )
-        states = [_begun(args, telescope)]
+        refuse_typed_elsewhere(args.witness, telescope)
+        typed = StandardInput()
+        states = [_begun(args, telescope, typed)]
         written: Mapping[str, Any] = {}
-        if args.write_mount or _turned(args, telescope, states):
+        if args.write_mount or _turned(args, telescope, typed, states):
             written = _write(args, telescope)
         telescope.call("stop")
     if args.json:
         display.as_json({**states[-1], **written, "states": states})
 
 
-def _begun(args: argparse.Namespace, telescope: Backend) -> dict[str, Any]:
+def _begun(args: argparse.Namespace, telescope: Backend, typed: StandardInput) -> dict[str, Any]:
     state = telescope.call(
         "polar_begin",
-        _events(telescope),
+        _events(telescope, typed),
         witness=args.witness,
         pole=args.pole,
         goal_arcsec=args.goal,
@@ -78,18 +75,18 @@ def _begun(args: argparse.Namespace, telescope: Backend) -> dict[str, Any]:
     return state
 
 
-def _turned(args: argparse.Namespace, telescope: Backend, states: list[dict[str, Any]]) -> bool:
+def _turned(args: argparse.Namespace, telescope: Backend, typed: StandardInput, states: list[dict[str, Any]]) -> bool:
     """Look after every turn of the knobs; return whether the registers shall be written instead."""
     print(f"clockdrive: {_HELP}", file=sys.stderr, flush=True)
     while states[-1]["step"] != "stop":
-        word = _word()
+        word = _word(typed)
         if word in {None, "q", "w"}:
             return word == "w"
         if word not in _KEYS:
             print(f"clockdrive: {word!r}? {_HELP}", file=sys.stderr, flush=True)
             continue
         try:
-            state = telescope.call("polar_look", _events(telescope), **_KEYS[word])
+            state = telescope.call("polar_look", _events(telescope, typed), **_KEYS[word])
         except _FAILURES as error:
             print(f"clockdrive: not taken: {error}", file=sys.stderr, flush=True)
             continue
@@ -98,10 +95,10 @@ def _turned(args: argparse.Namespace, telescope: Backend, states: list[dict[str,
     return False
 
 
-def _word() -> str | None:
+def _word(typed: StandardInput) -> str | None:
     """A line that was typed; None at the end of the input."""
     print("> ", end="", file=sys.stderr, flush=True)
-    line = sys.stdin.readline()
+    line = typed.line()
     return line.strip().lower() if line else None
 
 
@@ -128,18 +125,11 @@ def _show(args: argparse.Namespace, state: Mapping[str, Any]) -> None:
         print(spoken("\n".join(state["advice"])), flush=True)
 
 
-def _events(telescope: Backend) -> Callable[[Mapping[str, Any]], object]:
+def _events(telescope: Backend, typed: StandardInput) -> Callable[[Mapping[str, Any]], object]:
     """Tell of each star, and let the person answer what is asked."""
 
     def show(event: Mapping[str, Any]) -> None:
-        if "ask" in event:
-            print(f"{event['ask']}: ", end="", file=sys.stderr, flush=True)
-            threading.Thread(target=_answer, args=(telescope,), daemon=True).start()
-        else:
+        if not typed.asked(telescope, event):
             print(f"clockdrive: {event['told']}", file=sys.stderr, flush=True)
 
     return show
-
-
-def _answer(telescope: Backend) -> None:
-    telescope.call("reply", text=sys.stdin.readline())

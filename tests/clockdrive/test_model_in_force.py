@@ -140,3 +140,18 @@ def test_a_file_that_was_spoilt_is_refused_with_the_remedy_and_one_that_is_gone_
     with telescope(tmp_path, start=scope.clock.now() + 60.0, **CROOKED) as scope:
         assert row(scope) is None
         assert any("is gone: the configured one is in force" in event.text for event in scope.events())
+
+
+@pytest.mark.parametrize("given", ["model", None])
+def test_a_model_that_cannot_be_remembered_is_not_put_in_force(given, tmp_path, monkeypatch):
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.use_model(model(scope))
+        before = scope._session.planner.mount
+
+        def full(*_):
+            raise StateError("the disk is full")
+
+        monkeypatch.setattr(scope._session.store, "record_model", full)
+        with pytest.raises(StateError, match="full"):
+            scope.use_model(scope.pointing_run(8) if given else None)
+        assert scope._session.planner.mount == before

@@ -1,6 +1,8 @@
 """A pointing run goes on whatever happens at a place, says why one was skipped, and loses nothing that was seen."""
 
 import math
+import os
+import select
 import sys
 
 import pytest
@@ -313,6 +315,37 @@ def test_a_person_types_the_places(scope):
     assert all(each.place.name for each in report.stored.places)
     assert {seen.sigma_arcsec for seen in report.stored.observations} == {30.0}
     assert_the_true_mount(report, within_arcsec=6.0)  # their proper motion and parallax are not in what is typed
+
+
+def test_a_line_that_was_typed_before_anybody_asked_is_no_answer(scope):
+    def ask(_what):
+        seen = scope._session.planner.sky.at(Instant.from_posix(scope.clock.now()))
+        ra, dec = longitude_latitude(seen.astrometric(scope.true_sky.observed()))
+        scope.reply(f"{math.degrees(ra):.5f} {math.degrees(dec):+.5f}")
+        scope.reply(f"{math.degrees(ra):.5f} {math.degrees(dec) + 1.0:+.5f}")  # for nobody
+
+    report = scope.pointing_run(N, "typed", ask=ask)
+    assert_the_true_mount(report, within_arcsec=6.0)
+    assert report.stored.settings["witness"] == "typed"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no groups of processes")
+def test_a_solver_that_takes_too_long_is_ended_with_all_that_it_has_started(scope, tmp_path):
+    fifo, program = tmp_path / "alive", tmp_path / "solve.sh"
+    os.mkfifo(fifo)
+    program.write_text(f"#!/bin/sh\nexec 3>{fifo}\necho begun >&3\nsleep 60\n", encoding="utf-8")
+    program.chmod(0o755)
+    alive = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)  # open for as long as the script or its child lives
+    looking = CommandWitness(str(program), scope._session.planner, scope.clock, patience_s=2.0).look()
+    next(looking)
+    select.select([alive], [], [], 30.0)
+    assert os.read(alive, 10) == b"begun\n"
+    with pytest.raises(WitnessError, match="it was ended"):
+        while True:
+            next(looking)
+    assert select.select([alive], [], [], 30.0)[0]
+    assert os.read(alive, 10) == b""
+    os.close(alive)
 
 
 @pytest.mark.parametrize(

@@ -124,9 +124,19 @@ def test_a_file_is_imported_listed_shown_fitted_masked_and_exported(run, file):
     assert run("list")[1].startswith("copy:")
 
 
+def test_stars_left_out_and_the_pole_are_heeded_where_no_terms_are_named(run, file):
+    run("import", "old", file, "--places", "observed")
+    fits = [told(run("fit", "old", "--json", *words)[1])
+            for words in ((), ("--mask", "0,1,2,3,4"), ("--pole", "refracted"))]  # fmt: skip
+    assert [len(each["masked"]) for each in fits] == [0, 5, 0]
+    assert "choice" in fits[1]  # the terms are still those that the run asks for
+    assert "refracted pole" in " ".join(fits[2]["advice"])
+
+
 @pytest.mark.parametrize(
     ("words", "code", "says"),
     [
+        (("fit", "--weather", "none"), 2, "tell how a file is read: give them to `pointing-run import`"),
         (("show", "nobody"), 2, "this telescope has no pointing runs: `clockdrive pointing-run` makes one"),
         (("mask", "night"), 2, "give the run, and observations counted from 0"),
         (("import", "night"), 2, "give a name for the run, and the file"),
