@@ -9,7 +9,7 @@ A knob turns the whole mount, R ← exp(t)·R, and neither index. Thus a turn ab
 1 with it by sin φ of its angle, as it does in truth, and nothing has to be forgotten but the knobs' own angles: they
 are known to about their size, while the third component of t is 1 % of the turn, as knobs are not quite about the
 vertical and the line from east to west, and carry each other or do not. A turn that was quite another than the one
-advised says so (`Turn.free`): looks alone tell its angles then, and the collimation that nobody knows is granted to it.
+advised says so (`Turn.free`): looks alone tell its angles then, and collimation nobody knows of is granted.
 
 All looks and turns are solved together by Gauss and Newton's method with the exact rotations, the prior of each turn
 being one more observation: the Bayesian estimate that a filter approximates (B. M. Bell 1994, SIAM J. Optim. 4, 626:

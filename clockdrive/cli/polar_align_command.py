@@ -92,9 +92,8 @@ def _turned(
             call, given = _KEYS[word]
             state = telescope.call(call, _events(telescope, typed), **given)
         except _FAILURES as error:
-            print(
-                f"clockdrive: {'not written' if word == 'w' else 'not taken'}: {error}", file=sys.stderr, flush=True
-            )
+            done = "written" if word == "w" else "taken"
+            print(f"clockdrive: not {done}: {error}", file=sys.stderr, flush=True)
             continue
         states.append(state)
         _show(args, state)
