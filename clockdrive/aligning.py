@@ -12,12 +12,12 @@ from html import escape
 from typing import Any
 
 from clockdrive.control import Steps
-from clockdrive.errors import ClockdriveError, InputError, Refused
+from clockdrive.errors import InputError, Refused
+from clockdrive.failures import FAILURES
 from clockdrive.observing import Observing
 from clockdrive.run_store import Observation
 from clockdrive.session import Session
 from clockdrive.witness import SkyWitness, WitnessError
-from mounts.errors import DriveError
 from pointing.axis_advice import (
     COLLIMATION_ARCSEC,
     AxisAdvice,
@@ -28,13 +28,11 @@ from pointing.axis_advice import (
 )
 from pointing.axis_estimate import FEWEST, AxisEstimate, Look
 from pointing.axis_places import CANDIDATES, telling_places
-from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.polar_alignment import PolarAlignment, angle_text
 from pointing.model.words import POLES, Pole
 from pointing.run_plan import RunPlace, spread_places
 from pointing.vectors import from_azimuth_altitude
-from transports.errors import TransportError
 
 _TRIES = 8  # places at most for the first three stars
 _BLIND = 3  # of them without one sighting: the witness does not work
@@ -46,7 +44,6 @@ _ANOTHER_TURN = (
     "the knobs were turned by quite another angle than was advised: if they were not, the witness saw another field; "
     "begin anew then"
 )
-_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 
 
 @dataclass(frozen=True)
@@ -190,16 +187,24 @@ class Aligning:
         return "begin anew (`n`, `alignment.anew()`)" if self._refusals > 1 else "look again"
 
     def begin(self, report: Callable[[str], object]) -> Steps[AlignmentState]:
-        """Look at three stars; the telescope stays on the last one.
+        """Look at three stars; the telescope stays on the last one, and rests where that fails.
 
         Raises
         ------
         Refused
             Not now, or too few stars were seen; says why.
         """
-        session, estimate, left = self._session, self._estimate, _TRIES
-        session.require_free()
-        session.synchronised()
+        self._session.require_free()
+        self._session.synchronised()
+        try:
+            return (yield from self._three_stars(report))
+        except BaseException:
+            if self._session.pursuit is not None:
+                self._session.stop()
+            raise
+
+    def _three_stars(self, report: Callable[[str], object]) -> Steps[AlignmentState]:
+        estimate, left = self._estimate, _TRIES
         why = "nothing is reached"
         while len(estimate.looks) < FEWEST and left > (0 if estimate.looks else _TRIES - _BLIND):
             for place in self._telling(estimate, FEWEST - len(estimate.looks)):
@@ -207,14 +212,12 @@ class Aligning:
                 try:
                     seen = yield from self._visit(place)
                     estimate = estimate.looked(self._look_of(seen))
-                except _FAILURES as error:
+                except FAILURES as error:
                     why = str(error)
                     report(f"skipped: {why}")
                     break
                 report(f"star {len(estimate.looks)} of {FEWEST} seen")
         if len(estimate.looks) < FEWEST:
-            if session.pursuit is not None:
-                session.stop()
             raise Refused(f"{len(estimate.looks)} of {FEWEST} stars were seen, the last time: {why}")
         return self._told(estimate, self._assumptions(estimate))
 
@@ -300,7 +303,7 @@ class Aligning:
             (place,) = self._telling(estimate, 1)
             try:
                 return (yield from self._visit(place))
-            except _FAILURES as error:
+            except FAILURES as error:
                 report(f"skipped: {error}")
                 if not left:
                     raise

@@ -16,39 +16,35 @@ _OPTIONS = ("witness", "pole", "goal_arcsec", "scatter_arcsec", "settle_s")
 
 def alignment_calls(telescope: "Telescope") -> dict[str, Call]:
     """`polar_begin`, with the arguments of `Telescope.polar_alignment`; `polar_look`; `polar_anew`; `polar_write`."""
-    kept: list[Alignment] = []
-    listeners: list[Emit] = []
+    kept: list[tuple[Alignment, list[Emit]]] = []  # the one under way, and who listens to it
 
-    def tell(event: Mapping[str, object]) -> None:
-        listeners[-1](event)
-
-    def current() -> "Alignment":
+    def current(emit: Emit) -> "Alignment":
         if not kept:
             raise Refused("no polar alignment has begun: `polar-align` looks at three stars first")
-        return kept[-1]
+        alignment, listeners = kept[-1]
+        listeners[:] = [emit]
+        return alignment
 
     def begin(args: dict[str, Any], emit: Emit) -> object:
         given = {name: args[name] for name in _OPTIONS if args.get(name) is not None}
-        listeners[:] = [emit]
-        kept.clear()
-        kept.append(
-            telescope.polar_alignment(
-                **given, report=lambda text: tell({"told": text}), ask=lambda what: tell({"ask": what})
-            )
+        listeners = [emit]
+        alignment = telescope.polar_alignment(
+            **given,
+            report=lambda text: listeners[-1]({"told": text}),
+            ask=lambda what: listeners[-1]({"ask": what}),
         )
-        return current().state.json
+        kept[:] = [(alignment, listeners)]  # one that could not begin leaves the one under way
+        return alignment.state.json
 
     def look(args: dict[str, Any], emit: Emit) -> object:
-        listeners[:] = [emit]
         turned, another = bool(args.get("turned", True)), bool(args.get("another"))
-        return current().look(turned=turned, another=another).json
+        return current(emit).look(turned=turned, another=another).json
 
     def anew(_args: dict[str, Any], emit: Emit) -> object:
-        listeners[:] = [emit]
-        return current().anew().json
+        return current(emit).anew().json
 
-    def write(_args: dict[str, Any], _: Emit) -> object:
-        x_mas, y_mas = current().write_mount()
+    def write(_args: dict[str, Any], emit: Emit) -> object:
+        x_mas, y_mas = current(emit).write_mount()
         kept.clear()
         return {"ok": True, "mount_x_mas": x_mas, "mount_y_mas": y_mas}
 

@@ -8,19 +8,16 @@ import logging
 import math
 
 from clockdrive.control import Steps
-from clockdrive.errors import ClockdriveError
+from clockdrive.failures import FAILURES
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Slewing
-from mounts.errors import DriveError
-from pointing.errors import PointingError
 from pointing.instant import Instant
 from pointing.refuge import refuge
-from transports.errors import TransportError
 
 _FLIP_AHEAD_S = 60.0  # before the limit
 _SUN_AHEAD_S = 240.0  # in which the Sun moves by a degree
 _AGAIN_S = 60.0  # after which what could not be done is tried again
-_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
+
 _COMES = "comes to where the telescope looks"
 _LOG = logging.getLogger(__name__)
 
@@ -55,7 +52,7 @@ class Automatic:
         wait = self._session.cycle()
         try:
             self._steps = self._wanted()
-        except _FAILURES as error:
+        except FAILURES as error:
             self._failed(str(error))
         return wait if self._steps is None else self._advanced(self._steps)
 
@@ -70,7 +67,7 @@ class Automatic:
             return next(steps)
         except StopIteration:
             self._steps = None
-        except _FAILURES as error:
+        except FAILURES as error:
             self._failed(str(error))
         except Exception as error:  # noqa: BLE001 - the control thread goes on, whatever it is
             _LOG.exception("what the telescope does by itself failed")

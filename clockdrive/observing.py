@@ -10,12 +10,15 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeVar
 
 from clockdrive.control import Steps
 from clockdrive.corrections import DISPLACEMENTS, displacement
-from clockdrive.errors import ClockdriveError, Refused
+from clockdrive.errors import Refused
+from clockdrive.failures import FAILURES
 from clockdrive.run_store import Observation, PlacedStar, RunStore
+from clockdrive.run_under_way import RunUnderWay
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Slewing
 from clockdrive.witness import Sighting, SkyWitness, WitnessError
@@ -32,11 +35,9 @@ from transports.errors import TransportError
 T = TypeVar("T")
 IMPLAUSIBLE_DEG = 5.0
 """Beyond which a place is not believed: a mount that is not aligned at all is off by less."""
-_BLIND = 5  # places at the beginning without one sighting: the witness does not work
+_BLIND = 5  # places from the beginning, or from where it is resumed, without one sighting: the witness sees nothing
 _STUCK = 3  # slews one after the other that failed: the telescope does not go
-_TRIES = 2
 _LINK_PATIENCE_S = 600.0  # for a link that is lost; nothing is skipped meanwhile
-_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 
 
 @dataclass(frozen=True)
@@ -107,31 +108,30 @@ class Observing:
         session.require_free()
         session.synchronised()
         try:
-            yield from self._visit_all(name, witness, settle_s, watch)
+            yield from self._visit_all(RunUnderWay(self._store, name), witness, settle_s, watch)
         except _WatchFailed as ended:
             raise ended.why from None
         finally:
             self._rest()
 
-    def _visit_all(self, name: str, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
+    def _visit_all(self, run: RunUnderWay, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
         stuck = 0
-        while (placed := self._next(name)) is not None:
+        while (placed := run.next()) is not None:
+            tell = partial(_tell, run, placed, watch)
             try:
-                self._tell(name, placed, "slewing", "", watch)
-                target = yield from self._arrived(placed.place, settle_s)
-                self._tell(name, placed, "looking", "", watch)
-                seen = yield from self.look(target.name, witness, settle_s)
-            except _FAILURES as error:
+                tell("slewing", "")
+                seen = yield from self.visit(placed.place, witness, settle_s, partial(tell, "looking", ""))
+            except FAILURES as error:
                 self._session.forget_target()
                 stuck = 0 if isinstance(error, WitnessError | PointingError) else stuck + 1
-                self._store.skipped(name, placed.number, str(error))
-                self._tell(name, placed, "skipped", str(error), watch)
-                yield from self._link_back(name)
-                self._require_going(name, stuck, str(error))
+                yield from self._meanwhile(run.skipped(placed, str(error)))
+                tell("skipped", str(error))
+                yield from self._link_back(run.name)
+                _require_going(run, stuck, str(error))
             else:
                 stuck = 0
-                self._store.observed(name, placed.number, seen)
-                self._tell(name, placed, "observed", self._off(seen), watch)
+                yield from self._meanwhile(run.observed(placed, seen))
+                tell("observed", self._off(seen))
 
     def _rest(self) -> None:
         """Leave the telescope at rest, whatever has ended the run; where that fails, every cycle tries again."""
@@ -157,29 +157,21 @@ class Observing:
                 )
             yield session.cycle()
 
-    def _next(self, name: str) -> PlacedStar | None:
-        """The first place that was not visited, else one that was skipped and may be tried again."""
-        run = self._store.read(name)
-        again = (each for each in run.skipped if each.tries < _TRIES)
-        return next(iter(run.pending), None) or next(again, None)
+    def _meanwhile(self, steps: Steps[None]) -> Steps[None]:
+        """Write what is known of a place; the telescope goes on as it is, and is looked after."""
+        while True:
+            try:
+                wait = next(steps)
+            except StopIteration:
+                return
+            due = self._session.clock.now() + wait
+            while (left := due - self._session.clock.now()) > 0.0:
+                yield min(left, self._session.cycle())
 
-    def _require_going(self, name: str, stuck: int, why: str) -> None:
-        """Refuse to go on with a telescope that does not go, or a witness that sees nothing.
-
-        Raises
-        ------
-        Refused
-            So it is.
-        """
-        run = self._store.read(name)
-        resume = f"`pointing-run resume {name}` goes on from here"
-        if stuck >= _STUCK:
-            raise Refused(f"{stuck} slews one after the other failed, the last one: {why}. Find its cause; {resume}")
-        if not run.observations and len(run.skipped) == _BLIND and not any(each.tries > 1 for each in run.skipped):
-            raise Refused(f"nothing was seen at the first {_BLIND} places, the last time: {why}. {resume}")
-
-    def visit(self, place: RunPlace, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
-        """Go to a place, settle, and look.
+    def visit(
+        self, place: RunPlace, witness: SkyWitness, settle_s: float, arrived: Callable[[], object] = lambda: None
+    ) -> Steps[Observation]:
+        """Go to a place, tell that it `arrived`, settle, and look.
 
         Raises
         ------
@@ -188,16 +180,11 @@ class Observing:
         Refused, Unreachable, DriveError
             As for any slew.
         """
-        target = yield from self._arrived(place, settle_s)
-        return (yield from self.look(target.name, witness, settle_s))
-
-    def _arrived(self, place: RunPlace, settle_s: float) -> Steps[Star]:
-        """Go to a place; return what is tracked there."""
-        session = self._session
-        session.forget_target()
+        self._session.forget_target()
         target = self._met(place, settle_s)
         yield from self._slewing.goto(target, _nobody, posture=place.posture)
-        return target
+        arrived()
+        return (yield from self.look(target.name, witness, settle_s))
 
     def look(self, name: str, witness: SkyWitness, settle_s: float) -> Steps[Observation]:
         """Look at what is tracked, of a name.
@@ -279,7 +266,6 @@ class Observing:
         session, planner = self._session, self._session.planner
         axis1, axis2 = planner.angles(counts)
         azimuth, altitude = azimuth_altitude(sighting.observed)
-        synchronised = session.store.synchronisations(1)
         return Observation(
             time=sighting.time,
             counts=counts,
@@ -289,8 +275,7 @@ class Observing:
             altitude_deg=math.degrees(altitude),
             sigma_arcsec=sighting.sigma_arcsec,
             target=target,
-            synchronised=synchronised[0].time if synchronised else None,
-            weather=vars_of(session.surroundings.air.weather),
+            weather=session.surroundings.air.weather.as_dict(),
             in_force=self._in_force(),
         )
 
@@ -315,26 +300,35 @@ class Observing:
         off = math.degrees(separation(planner.mount.observed(axis1, axis2), there)) * 3600.0
         return f"{off:.1f}″ from where it was sent"
 
-    def _tell(self, name: str, placed: PlacedStar, state: str, detail: str, watch: Watch) -> None:
-        run = self._store.read(name)
-        seen = sum(each.state == "observed" for each in run.places)
-        told = RunProgress(placed.number, len(run.places), placed.place, state, detail, seen, len(run.skipped))
-        try:
-            watch(told)
-        except Exception as error:
-            raise _WatchFailed(error) from error
+
+def _tell(run: RunUnderWay, placed: PlacedStar, watch: Watch, state: str, detail: str) -> None:
+    seen, skipped = run.count("observed"), run.count("skipped")
+    try:
+        watch(RunProgress(placed.number, run.of, placed.place, state, detail, seen, skipped))
+    except Exception as error:
+        raise _WatchFailed(error) from error
 
 
-def vars_of(weather: Any) -> dict[str, Any]:  # noqa: ANN401 - a frozen value
-    """The fields of a frozen value by name."""
-    return {name: value for name, value in vars(weather).items() if not name.startswith("_")}
+def _require_going(run: RunUnderWay, stuck: int, why: str) -> None:
+    """Refuse to go on with a telescope that does not go, or a witness that sees nothing.
+
+    Raises
+    ------
+    Refused
+        So it is.
+    """
+    resume = f"`pointing-run resume {run.name}` goes on from here"
+    if stuck >= _STUCK:
+        raise Refused(f"{stuck} slews one after the other failed, the last one: {why}. Find its cause; {resume}")
+    if not run.seen and run.blind == _BLIND:
+        raise Refused(f"nothing was seen at the first {_BLIND} places, the last time: {why}. {resume}")
 
 
 def _looked(witness: SkyWitness) -> Steps[Sighting]:
     """Look; what a witness of one's own fails with is one of its failures, too."""
     try:
         return (yield from witness.look())
-    except _FAILURES:
+    except FAILURES:
         raise
     except Exception as error:
         raise WitnessError(f"the witness failed: {error!r}") from error

@@ -31,6 +31,7 @@ from pointing.vectors import Vector, from_azimuth_altitude
 FEWEST = 6
 """Stars of a run that can be fitted at all."""
 _FEW = 20  # with which no more than the standard terms are told apart
+_SCATTER_ARCSEC = 2.0  # of any star: worm, air, flexure; a look that is surer than that does not rule the fit
 _ALIGN_FIRST_ARCSEC = 600.0  # a polar axis farther off is put right before it is modelled
 _INDEX: dict[MountKind, str] = {"equatorial": "IH ID", "altazimuth": "IA IE"}
 _TYPES: dict[MountKind, MountType] = {"equatorial": MountType.EQUATORIAL_FORK, "altazimuth": MountType.ALTAZ_FORK}
@@ -194,7 +195,7 @@ def pointing_run(
 
     Angles are brought onto the zero points of today, by what syncs have moved them since. Where the position was lost
     in between nothing is known of that: then those of the last observation serve, and what was observed before such a
-    loss is masked.
+    loss is masked. An observation counts by 1 / (σ² + s²), the best one 1, with σ of its look and s of any star.
     """
     mount = Mount(_TYPES[stored.mount], math.radians(stored.latitude_deg), *registers)
     seen = stored.observations
@@ -206,6 +207,7 @@ def pointing_run(
         np.radians([np.add(each.axes_deg, by) for each, by in zip(seen, moved, strict=True)]).reshape(-1, 2).T
     )
     known = [each is None or each.lost == today.lost for each in zeros]
+    variance = np.array([each.sigma_arcsec**2 + _SCATTER_ARCSEC**2 for each in seen])
     return PointingRun(
         stored.mount,
         mount.latitude,
@@ -213,6 +215,7 @@ def pointing_run(
         star2,
         axis1,
         axis2,
+        weight=np.array([each.weight for each in seen]) * variance.min(initial=math.inf) / variance,
         kept=np.array([not each.masked and counts for each, counts in zip(seen, known, strict=True)], bool),
         time=np.array([math.nan if each.time is None else each.time for each in seen], float),
         caption=stored.name,
@@ -304,7 +307,7 @@ def stored_of(run: PointingRun, name: str, began: float) -> StoredRun:
                 (math.degrees(run.axis1[i]), math.degrees(run.axis2[i])),
                 "beyond" if run.beyond[i] else "normal",
                 math.degrees(math.atan2(y, -x)) % 360.0, math.degrees(math.atan2(z, math.hypot(x, y))), 0.0,
-                run.caption, masked="" if run.kept[i] else "in the file",
+                run.caption, weight=float(run.weight[i]), masked="" if run.kept[i] else "in the file",
             )
         )  # fmt: skip
     settings = {"imported": run.source, "caption": run.caption}

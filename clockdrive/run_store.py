@@ -31,17 +31,19 @@ CREATE TABLE places (
 CREATE TABLE observations (
     id INTEGER PRIMARY KEY, run INTEGER NOT NULL, place INTEGER, time REAL, counts1 REAL, counts2 REAL,
     axis1_deg REAL NOT NULL, axis2_deg REAL NOT NULL, posture TEXT NOT NULL, azimuth_deg REAL NOT NULL,
-    altitude_deg REAL NOT NULL, sigma_arcsec REAL NOT NULL, target TEXT NOT NULL, synchronised REAL,
-    weather TEXT NOT NULL, in_force TEXT NOT NULL, masked TEXT NOT NULL);
+    altitude_deg REAL NOT NULL, sigma_arcsec REAL NOT NULL, target TEXT NOT NULL,
+    weather TEXT NOT NULL, in_force TEXT NOT NULL, masked TEXT NOT NULL,
+    weight REAL NOT NULL DEFAULT 1.0);
 CREATE INDEX observations_by_run ON observations (run, id);
 """
 _KIND = Kind(
     FILE_NAME,
     0x436C6B52,  # "ClkR"
-    1,
+    2,
     _SCHEMA,
     "store of pointing runs",
     "the runs in it are then not found",
+    ("ALTER TABLE observations ADD COLUMN weight REAL NOT NULL DEFAULT 1.0",),
 )
 
 State = Literal["planned", "observed", "skipped"]
@@ -79,14 +81,14 @@ class Observation:
         Standard deviation of that.
     target : str
         What it was sent to.
-    synchronised : float or None
-        When the position was last synchronised, POSIX seconds: before and after a sync the counts mean other angles.
     weather : mapping
         The air.
     in_force : mapping
         Pointing model, offsets and registers with which it was sent there.
     masked : str
         Why it takes no part in fits; empty where it does.
+    weight : float
+        What it counts in fits besides its standard deviation, as a file has told.
     """
 
     time: float | None
@@ -97,10 +99,10 @@ class Observation:
     altitude_deg: float
     sigma_arcsec: float
     target: str
-    synchronised: float | None = None
     weather: Mapping[str, Any] = field(default_factory=dict)
     in_force: Mapping[str, Any] = field(default_factory=dict)
     masked: str = ""
+    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,8 @@ class RunStore:
         The state directory; made when it does not exist.
     telescope : str
         Which telescope, such as `Configuration.identity`.
+    patience_s : float
+        How long another process that writes is waited for.
 
     Raises
     ------
@@ -160,9 +164,9 @@ class RunStore:
         Here and from every method: the file cannot be read or written; the text says what to do.
     """
 
-    def __init__(self, directory: Path, telescope: str) -> None:
+    def __init__(self, directory: Path, telescope: str, patience_s: float = 10.0) -> None:
         self.telescope = telescope
-        self._file = StateFile(directory, _KIND)
+        self._file = StateFile(directory, _KIND, patience_s)
 
     @property
     def path(self) -> Path:
@@ -191,9 +195,9 @@ class RunStore:
         InputError
             There is one of this name.
         """
-        if run.name in self.names():
-            raise InputError(f"there is a pointing run {run.name!r} already: resume it, or give another name")
         with self._file.transaction(durable=True):
+            if run.name in self.names():
+                raise InputError(f"there is a pointing run {run.name!r} already: resume it, or give another name")
             made = self._file.execute(
                 "INSERT INTO runs (telescope, name, began, mount, latitude_deg, settings) VALUES (?, ?, ?, ?, ?, ?)",
                 (self.telescope, run.name, run.began, run.mount, run.latitude_deg, json.dumps(dict(run.settings))),
@@ -306,12 +310,12 @@ class RunStore:
     def _add(self, key: int, number: int | None, seen: Observation) -> None:
         self._file.execute(
             "INSERT INTO observations (run, place, time, counts1, counts2, axis1_deg, axis2_deg, posture, "
-            "azimuth_deg, altitude_deg, sigma_arcsec, target, synchronised, weather, in_force, masked) "
+            "azimuth_deg, altitude_deg, sigma_arcsec, target, weather, in_force, masked, weight) "
             "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             (
                 key, number, seen.time, *(seen.counts or (None, None)), *seen.axes_deg, seen.posture,
-                seen.azimuth_deg, seen.altitude_deg, seen.sigma_arcsec, seen.target, seen.synchronised,
-                json.dumps(dict(seen.weather)), json.dumps(dict(seen.in_force)), seen.masked,
+                seen.azimuth_deg, seen.altitude_deg, seen.sigma_arcsec, seen.target,
+                json.dumps(dict(seen.weather)), json.dumps(dict(seen.in_force)), seen.masked, seen.weight,
             ),
         )  # fmt: skip
 
@@ -331,13 +335,13 @@ class RunStore:
             yield PlacedStar(number, place, state, reason, tries)
 
     def _observations(self, key: int) -> Iterable[Observation]:
-        for time, c1, c2, a1, a2, posture, az, alt, sigma, target, sync, weather, in_force, masked in self._file.rows(
+        for time, c1, c2, a1, a2, posture, az, alt, sigma, target, weather, in_force, *told in self._file.rows(
             "SELECT time, counts1, counts2, axis1_deg, axis2_deg, posture, azimuth_deg, altitude_deg, sigma_arcsec, "
-            "target, synchronised, weather, in_force, masked FROM observations WHERE run = ? ORDER BY id",
+            "target, weather, in_force, masked, weight FROM observations WHERE run = ? ORDER BY id",
             key,
         ):
             counts = None if c1 is None else (c1, c2)
             yield Observation(
-                time, counts, (a1, a2), posture, az, alt, sigma, target, sync, json.loads(weather),
-                json.loads(in_force), masked,
+                time, counts, (a1, a2), posture, az, alt, sigma, target, json.loads(weather),
+                json.loads(in_force), *told,
             )  # fmt: skip

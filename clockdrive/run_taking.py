@@ -1,7 +1,7 @@
 """How a pointing run begins: a new one, one that was interrupted, or more stars for one that was taken."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from clockdrive.answers import utc
@@ -18,6 +18,7 @@ _EACH_S = 90.0  # that a place may take, for how far the Sun gets on
 
 
 _LONGEST_SETTLING_S = 600.0
+_SAME_DEG = 1.0 / 3600.0  # of latitudes: what the tilt of the axis differs by
 
 
 @dataclass(frozen=True)
@@ -91,26 +92,49 @@ class RunTaking:
         if session.planner.mount.origin_distance:
             off = math.degrees(session.planner.mount.origin_distance)
             raise Refused(f"targets are put {off:.3f}° beside the tube's axis: choose an instrument at 0, 0 first")
-        if wanted.resume:
-            return store.read(wanted.name).name
-        if wanted.append:
+        if wanted.resume or wanted.append:
             found = store.read(wanted.name)
-            store.append(found.name, self._places(wanted, len(found.places)))
+            self._require_same(found)
+        if wanted.resume:
+            return found.name
+        if wanted.append:
+            store.append(found.name, self._places(wanted, found.places))
             return found.name
         places = self._places(wanted)
         now, mount = session.clock.now(), session.planner.mount
         name = wanted.name or utc(now)[:19]
-        settings = {"stars": wanted.stars, "witness": witness, "bright": wanted.bright}
+        settings = {"stars": wanted.stars, "witness": witness, "bright": wanted.bright, "mount_type": mount.type.text}
         placed = tuple(_placed(places))
         store.begin(StoredRun(name, now, mount.type.kind, math.degrees(mount.latitude), settings, placed, ()))
         return name
 
-    def _places(self, wanted: RunSettings, other: int = 0) -> tuple[RunPlace, ...]:
+    def _require_same(self, run: StoredRun) -> None:
+        """Refuse to go on with a run of another telescope under the same name.
+
+        Raises
+        ------
+        Refused
+            The site or the type of the mount is another.
+        """
+        mount = self._session.planner.mount
+        begun, now = (run.settings.get("mount_type", mount.type.text), mount.type.text)
+        if run.mount != mount.type.kind or begun != now:
+            was = begun if begun != now else run.mount
+            raise Refused(f"the run {run.name} is one of a mount {was}, this one is {now}: take a new run")
+        here = math.degrees(mount.latitude)
+        if abs(run.latitude_deg - here) > _SAME_DEG:
+            raise Refused(
+                f"the run {run.name} is of latitude {run.latitude_deg:.4f}°, the telescope stands at {here:.4f}°: "
+                "take a new run, or correct [site] latitude_deg"
+            )
+
+    def _places(self, wanted: RunSettings, before: Sequence[PlacedStar] = ()) -> tuple[RunPlace, ...]:
         session = self._session
         planner, now = session.planner, session.clock.now()
-        lasts = wanted.stars * _EACH_S
+        lasts, other = wanted.stars * _EACH_S, len(before)
+        taken = [each.place.name for each in before]
         places = (
-            star_places(planner, wanted.stars, now, lasts, bright_stars(), other)
+            star_places(planner, wanted.stars, now, lasts, bright_stars(), other, taken)
             if wanted.bright
             else spread_places(planner, wanted.stars, now, lasts, other)
         )

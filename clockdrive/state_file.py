@@ -14,6 +14,8 @@ from typing import Any
 
 from clockdrive.errors import StateError
 
+_PATIENCE_S = 10.0
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -31,6 +33,8 @@ class Kind:
         What people call it.
     loss : str
         What it means to go on without it.
+    upgrades : tuple of str
+        Statements that make a file of version 1 one of version 2, and so on.
     """
 
     file_name: str
@@ -39,6 +43,7 @@ class Kind:
     schema: str
     name: str
     loss: str
+    upgrades: tuple[str, ...] = ()
 
 
 class StateFile:
@@ -50,6 +55,8 @@ class StateFile:
         The state directory; made when it does not exist.
     kind : Kind
         What the file is for.
+    patience_s : float
+        How long another process that writes is waited for.
 
     Raises
     ------
@@ -57,8 +64,8 @@ class StateFile:
         Here and from every method: the file cannot be read or written; the text says what to do.
     """
 
-    def __init__(self, directory: Path, kind: Kind) -> None:
-        self._kind = kind
+    def __init__(self, directory: Path, kind: Kind, patience_s: float = _PATIENCE_S) -> None:
+        self._kind, self._patience_s = kind, patience_s
         self.path = directory / kind.file_name
         self._lock = threading.RLock()
         try:
@@ -67,7 +74,9 @@ class StateFile:
             text = f"the state directory {directory} cannot be made: {error.strerror}; set [state] path to another"
             raise StateError(text) from error
         with self._translated():
-            self._database = sqlite3.connect(self.path, timeout=10.0, isolation_level=None, check_same_thread=False)
+            self._database = sqlite3.connect(
+                self.path, timeout=patience_s, isolation_level=None, check_same_thread=False
+            )
         try:
             self._prepare()
         except BaseException:
@@ -84,8 +93,10 @@ class StateFile:
         with self._translated():
             self._database.execute("PRAGMA journal_mode = WAL")
         with self.transaction(durable=True):
-            if self._pragma("user_version") == 0:
-                for statement in self._kind.schema.split(";\n"):
+            version = self._pragma("user_version")
+            if version < self._kind.version:
+                new = self._kind.schema.split(";\n")
+                for statement in self._kind.upgrades[version - 1 :] if version else new:
                     self.execute(statement)
                 self.execute(f"PRAGMA application_id = {self._kind.application}")
                 self.execute(f"PRAGMA user_version = {self._kind.version}")
@@ -148,7 +159,9 @@ class StateFile:
         except sqlite3.ProgrammingError as error:
             raise StateError(f"the {self._kind.name} {self.path} is closed: open it again") from error
         except sqlite3.OperationalError as error:
-            text = f"the {self._kind.name} {self.path} cannot be used: {error}; {_remedy(str(error))}"
+            text = (
+                f"the {self._kind.name} {self.path} cannot be used: {error}; {_remedy(str(error), self._patience_s)}"
+            )
             raise StateError(text) from error
         except sqlite3.DatabaseError as error:
             raise self.unusable(str(error)) from error
@@ -161,9 +174,9 @@ class StateFile:
         )
 
 
-def _remedy(error: str) -> str:
+def _remedy(error: str, patience_s: float) -> str:
     if "full" in error:
         return "free some space on its disk"
     if "locked" in error:
-        return "another process has held it for 10 s: end that one"
+        return f"another process has held it for {patience_s:g} s: end that one"
     return "check that its folder exists and can be written, or set [state] path to another"

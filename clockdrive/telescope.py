@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from transports.memory import Device
 
 T = TypeVar("T")
+_PATIENCE_S = 0.5  # with another process that writes runs: the control thread has a telescope
 _LONGEST_WAIT_S = 1800.0  # that `goto` waits for a satellite
 
 
@@ -415,7 +416,7 @@ class Telescope:
         if self._true_sky is None and self._device is not None:
             from clockdrive.true_sky import SimulatedSky  # noqa: PLC0415 - only where a simulator is asked
 
-            self._true_sky = SimulatedSky.of(self._device, self.configuration, self.clock)
+            self._true_sky = SimulatedSky.of(self._device, self.configuration, self.clock, self._control.call)
         return self._true_sky
 
     def true_place(self) -> "SkyCoord | None":
@@ -538,8 +539,9 @@ class Telescope:
         from clockdrive.run_store import RunStore  # noqa: PLC0415 - likewise
 
         if self._runs is None:
-            store, state = RunStore(self.configuration.state_directory, self.configuration.identity), self._store
-            self._runs = PointingRuns(store, lambda: self._registers.in_force, state.zero)
+            where = self.configuration.state_directory, self.configuration.identity
+            store = RunStore(*where, patience_s=_PATIENCE_S)
+            self._runs = PointingRuns(store, lambda: self._registers.in_force, self._store.zero)
         return self._runs
 
     def pointing_run(

@@ -2,7 +2,8 @@
 
 import math
 import random
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from clockdrive.control import Steps
 from clockdrive.gear_teeth import GearTeeth
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from clockdrive.drives.kind import Simulated
     from mounts.true_mount import TrueMount
 
+Call = Callable[[Callable[[], Any]], Any]
 _ARCSEC = math.radians(1.0 / 3600.0)
 _SURE_ARCSEC = 0.5  # of a look without noise: the drive counts whole units
 
@@ -40,6 +42,8 @@ class SimulatedSky:
         Of a look.
     seed : int
         Of that noise.
+    call : callable
+        Where the drive may be asked; with a control thread, on that.
     """
 
     def __init__(
@@ -50,13 +54,16 @@ class SimulatedSky:
         clock: Clock,
         noise_arcsec: float = 0.0,
         seed: int = 1,
+        call: Call = lambda work: work(),
     ) -> None:
         self._device, self._gearings, self.mount, self._clock = device, gearings, mount, clock
-        self._noise_arcsec, self._seed = noise_arcsec, seed
+        self._noise_arcsec, self._seed, self._call = noise_arcsec, seed, call
         self._ahead = 1.0  # or −1, where the visible end of the polar axis is the south end
 
     @classmethod
-    def of(cls, device: "Simulated", configuration: "Configuration", clock: Clock) -> "SimulatedSky":
+    def of(
+        cls, device: "Simulated", configuration: "Configuration", clock: Clock, call: Call = lambda work: work()
+    ) -> "SimulatedSky":
         """The sky of the embedded simulator, which is built as the configuration says."""
         from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
         from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
@@ -67,13 +74,17 @@ class SimulatedSky:
         simulator = configuration.simulator
         mount = TrueMount(simulator, configuration.mount.type, latitude, worm)
         one, two = (axis.gearing for axis in kind_of(configuration).axes(configuration))
-        made = cls(device, (one, two), mount, clock, simulator.sky_noise_arcsec, simulator.seed)
+        made = cls(device, (one, two), mount, clock, simulator.sky_noise_arcsec, simulator.seed, call)
         if configuration.mount.type != "altaz-fork" and latitude < 0.0:
             made._ahead = -1.0
         return made
 
     def observed(self) -> Vector:
         """The observed direction at which the tube really points now, horizon frame."""
+        seen: Vector = self._call(self._truly_observed)
+        return seen
+
+    def _truly_observed(self) -> Vector:
         self._device.advance(self._clock.now())
         one, two = (
             gearing.angle(self._device.true_position(axis)) for axis, gearing in enumerate(self._gearings, start=1)
@@ -96,7 +107,8 @@ class SimulatedSky:
         second_arcsec : float
             By how much that end goes east, about the vertical; the west side of an altazimuth mount rises.
         """
-        self.mount.lean(self._ahead * first_arcsec * _ARCSEC, self._ahead * second_arcsec * _ARCSEC)
+        first, second = (self._ahead * each * _ARCSEC for each in (first_arcsec, second_arcsec))
+        self._call(lambda: self.mount.lean(first, second))
 
     def _blurred(self, direction: Vector) -> Vector:
         if not self._noise_arcsec:

@@ -11,6 +11,7 @@ by moving single places (2-opt and or-opt); what it is measured by is the time o
 
 import math
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -99,11 +100,18 @@ def spread_places(
 
 
 def star_places(
-    geometry: Geometry, n: int, time: float, lasts_s: float, stars: Iterable[Star], other: int = 0
+    geometry: Geometry,
+    n: int,
+    time: float,
+    lasts_s: float,
+    stars: Iterable[Star],
+    other: int = 0,
+    taken: Iterable[str] = (),
 ) -> tuple[RunPlace, ...]:
-    """Choose those of some stars that are nearest to n places spread evenly, each once.
+    """Choose those of some stars that are nearest to n places spread evenly.
 
-    A star moves on; who goes there asks where it is by then.
+    None is chosen twice in a posture, and none again, in the other posture or after it was `taken` before, as long as
+    there is one that was chosen less often. A star moves on; who goes there asks where it is by then.
 
     Raises
     ------
@@ -120,10 +128,13 @@ def star_places(
         if _is_reached(geometry, direction, posture, suns)
     ]
     chosen: list[RunPlace] = []
+    times = Counter(taken)
     for place in spread_places(geometry, n, time, lasts_s, other):
         free = [each for each in candidates if each.posture == place.posture and each not in chosen]
         if free:
-            chosen.append(min(free, key=lambda each: separation(each.direction, place.direction)))
+            nearest = min(free, key=lambda each: (times[each.name], separation(each.direction, place.direction)))
+            times[nearest.name] += 1
+            chosen.append(nearest)
     if len(chosen) < n:
         raise PointingError(f"{len(chosen)} of the bright stars are reached now, fewer than {n}: ask for fewer")
     return tuple(chosen)

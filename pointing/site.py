@@ -5,7 +5,7 @@ where a site is made, so nothing behind has to ask again.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
 import erfa
@@ -57,6 +57,10 @@ class Weather:
         pressure = 1013.25 * (temperature_k / 288.15) ** 5.255876
         pressure *= math.exp((troposphere - max(height_m, troposphere)) / 6341.62)
         return cls(refraction, pressure, temperature_k - _ZERO_CELSIUS_K, 0.5, wavelength_um)
+
+    def as_dict(self) -> dict[str, float | bool]:
+        """The fields by name, of which `Weather(**fields)` is this air again."""
+        return asdict(self)
 
     def refraction_constants(self) -> tuple[float, float]:
         """A and B of ΔZ = A tan Z + B tan³ Z, radians, from ERFA's refco; zero without refraction."""

@@ -10,11 +10,8 @@ from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, interruption_stops
 from clockdrive.cli.spoken import spoken
 from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
-from clockdrive.errors import ClockdriveError
-from mounts.errors import DriveError
-from pointing.errors import PointingError
+from clockdrive.failures import FAILURES
 from pointing.model.words import POLES
-from transports.errors import TransportError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _KEYS: dict[str, tuple[str, dict[str, bool]]] = {
@@ -28,7 +25,6 @@ _HELP = (
     "Enter: the knobs were turned, look again; t: they were turned, look at another star; s: they were not, look at "
     "another star; r: they were not, look again; n: begin anew; w: write the mount's registers instead; q: leave it"
 )
-_FAILURES = (ClockdriveError, DriveError, PointingError, TransportError)
 
 
 def add_polar_align(add: Adder) -> None:
@@ -91,7 +87,7 @@ def _turned(
                 return _write(args, telescope)
             call, given = _KEYS[word]
             state = telescope.call(call, _events(telescope, typed), **given)
-        except _FAILURES as error:
+        except FAILURES as error:
             done = "written" if word == "w" else "taken"
             print(f"clockdrive: not {done}: {error}", file=sys.stderr, flush=True)
             continue

@@ -1,13 +1,18 @@
 """Polar alignment under a telescope whose true axis can be asked: advice, its σ, and what is not taken."""
 
 import math
+import threading
 
 import numpy as np
 import pytest
 from telescope_bench import QUICK, telescope
 
+from clockdrive import Telescope
 from clockdrive.errors import InputError, Refused
+from clockdrive.service import Service
 from clockdrive.witness import CommandWitness, Sighting, WitnessError
+from pointing.errors import PointingError
+from pointing.limits import Horizon, Limits
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import terms
 
@@ -316,3 +321,47 @@ def test_begun_anew_it_knows_where_the_axis_is_whatever_was_turned(leaning):
         assert len(alignment.states) == 1
         assert alignment.text == state.text
         assert abs(state.off_arcsec - true_off_arcsec(scope)) < 4.0 * state.advice.sigma_arcsec
+
+
+def test_an_alignment_that_cannot_begin_leaves_the_telescope_at_rest(leaning):
+    with leaning() as scope:
+        planner = scope._session.planner
+
+        def clouds(looks, seen):
+            if looks == 2:
+                planner.limits = Limits(Horizon.level(86.0), 0.0)
+                raise WitnessError("cloud")
+            return seen
+
+        with pytest.raises(PointingError, match="reaches"):
+            scope.polar_alignment(Told(scope, clouds))
+        assert scope.status()["doing"] == "idle"
+        assert scope._session.pursuit is None
+
+
+def test_a_beginning_that_is_refused_leaves_the_alignment_under_way(leaning):
+    told = []
+    with leaning() as scope:
+        calls = Service(scope)
+        calls("polar_begin", {}, told.append)
+        with pytest.raises(InputError, match="goal"):
+            calls("polar_begin", {"goal_arcsec": 0.0}, print)
+        state = calls("polar_look", {"turned": False}, told.append)
+    assert state["looks"] == 4
+    assert len(told) == 3
+
+
+def test_the_true_sky_is_asked_where_the_drive_is_driven(tmp_path):
+    """With a control thread the simulated drive goes on there alone, whoever asks where it points."""
+    overrides = {"state.path": str(tmp_path), "limits.sun_avoidance_deg": 0.0, **QUICK}
+    with Telescope.simulated(overrides=overrides) as scope:
+        advance, by = scope.simulator.advance, set()
+
+        def noted(t):
+            by.add(threading.current_thread().name)
+            advance(t)
+
+        scope.simulator.advance = noted
+        scope.true_sky.observed()
+        scope.true_place()
+        assert by == {"clockdrive control"}

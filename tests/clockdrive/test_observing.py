@@ -3,13 +3,16 @@
 import math
 import os
 import select
+import sqlite3
 import sys
+from collections import deque
 
 import pytest
 from telescope_bench import QUICK, telescope
 
-from clockdrive.errors import Refused
+from clockdrive.errors import Refused, StateError
 from clockdrive.observing import IMPLAUSIBLE_DEG
+from clockdrive.run_store import FILE_NAME
 from clockdrive.witness import CommandWitness, Sighting, WitnessError
 from mounts.errors import DriveError
 from pointing.instant import Instant
@@ -180,6 +183,51 @@ def test_a_witness_that_never_sees_anything_ends_the_run_early_and_it_is_resumed
     assert len(report.stored.observations) == N
 
 
+def test_a_run_that_is_resumed_under_a_closed_sky_ends_early_too_though_stars_were_seen_before(scope):
+    with pytest.raises(Refused, match="stopped by command"):
+        scope.pointing_run(2 * N + 2, name="cloudy", watch=Told((3, "observed"), scope.stop))
+    clouded = Witness(scope, lambda look: fails)  # noqa: ARG005 - whatever look
+    with pytest.raises(Refused, match=r"nothing was seen at the first 5 places, the last time: .*resume cloudy"):
+        scope.pointing_run(name="cloudy", resume=True, witness=clouded)
+    assert clouded.looks == 5
+
+
+def test_what_was_seen_is_kept_though_another_process_holds_the_file_meanwhile(scope, tmp_path, monkeypatch):
+    """Another process begins to write before place 4 is written, and goes on for half a minute of this clock."""
+    other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None, check_same_thread=False)
+    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.01)
+    held = []
+
+    def cycle(usual=scope._session.cycle):
+        if held and scope.clock.now() - held[0] > 30.0 and other.in_transaction:
+            other.execute("ROLLBACK")
+        return usual()
+
+    def hold():
+        if not held:
+            held.append(scope.clock.now())
+            other.execute("BEGIN IMMEDIATE")
+
+    monkeypatch.setattr(scope._session, "cycle", cycle)
+    told = Told((4, "looking"), hold)
+    report = scope.pointing_run(N, watch=told)
+    other.close()
+    assert told.of("observed") == list(range(1, N + 1))
+    assert len(report.stored.observations) == N
+    assert_the_true_mount(report)
+
+
+def test_a_file_that_stays_held_ends_the_run_with_the_remedy_and_the_telescope_at_rest(scope, tmp_path, monkeypatch):
+    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.001)
+    other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None)
+    with pytest.raises(StateError, match=r"another process has held it .*: end that one"):
+        scope.pointing_run(N, name="held", watch=Told((4, "looking"), lambda: other.execute("BEGIN IMMEDIATE")))
+    other.close()
+    assert not moved(scope)
+    assert len(scope.runs["held"].observations) == 3
+    assert len(scope.pointing_run(name="held", resume=True).stored.observations) == N
+
+
 def test_too_few_stars_are_said_and_not_fitted(scope):
     from clockdrive.run_report import TooFewStars
 
@@ -341,8 +389,7 @@ def test_a_solver_that_takes_too_long_is_ended_with_all_that_it_has_started(scop
     select.select([alive], [], [], 30.0)
     assert os.read(alive, 10) == b"begun\n"
     with pytest.raises(WitnessError, match="it was ended"):
-        while True:
-            next(looking)
+        deque(looking, maxlen=0)
     assert select.select([alive], [], [], 30.0)[0]
     assert os.read(alive, 10) == b""
     os.close(alive)

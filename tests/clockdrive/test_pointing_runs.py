@@ -228,3 +228,42 @@ def test_an_exported_run_has_the_places_of_the_sky_whatever_registers_are_in_for
     print(f"places {math.degrees(off) * 3600.0:.1e}″ from where they were seen; coefficients {apart:.1e}″ apart")
     assert math.degrees(off) * 3600.0 < 1e-6
     assert apart < 0.01
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        (
+            {"site__latitude_deg": -42.1},
+            r"is of latitude -42.4000°, the telescope stands at -42.1000°: take a new",
+        ),
+        (
+            {"mount__type": "equatorial-fork"},
+            r"is one of a mount german, this one is equatorial-fork: take a new",
+        ),
+    ],
+    ids=["site", "mount"],
+)
+@pytest.mark.parametrize("how", ["append", "resume"])
+def test_a_run_of_another_site_or_mount_is_not_gone_on_with(other, said, how, tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        scope.pointing_run(6, name="here")
+    with (
+        telescope(tmp_path, start=scope.clock.now() + 60.0, **{**CROOKED, **other}) as elsewhere,
+        pytest.raises(Refused, match=said),
+    ):
+        elsewhere.pointing_run(6, name="here", **{how: True})
+
+
+@pytest.mark.parametrize("settle_s", [-30.0, 1e6])
+def test_settling_for_an_impossible_time_is_refused_before_anything_moves(settle_s, tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        with pytest.raises(InputError, match=r"settling for .* s: give 0 to 600"):
+            scope.pointing_run(6, settle_s=settle_s)
+        assert scope.runs.names == ()
+
+
+def test_a_witness_of_ones_own_is_kept_by_the_name_of_its_class(tmp_path):
+    with telescope(tmp_path, **CROOKED) as scope:
+        report = scope.pointing_run(6, scope.true_sky)
+    assert report.stored.settings["witness"] == "SimulatedSky"

@@ -171,3 +171,20 @@ def test_star_and_axes_of_the_run_are_those_of_the_observations_by_the_mount_its
         x, y, z = tube.observed(float(run.axis1[i]), float(run.axis2[i]))
         assert math.degrees(math.atan2(y, -x)) % 360.0 == pytest.approx(each.azimuth_deg, abs=1e-7)
         assert math.degrees(math.asin(z)) == pytest.approx(each.altitude_deg, abs=1e-7)
+
+
+def test_a_look_counts_by_its_own_scatter_and_that_of_any_star():
+    run = simulated_run("german", -42.4, TRUTH["german"], 12, np.random.default_rng(3)).run
+    stored = stored_of(run, "night", 1.8e9)
+    assert pointing_run(stored).weight.tolist() == [1.0] * 12
+    sigmas = [0.0, 4.0, 30.0] * 4
+    unequal = tuple(replace(each, sigma_arcsec=s) for each, s in zip(stored.observations, sigmas, strict=True))
+    weight = pointing_run(replace(stored, observations=unequal)).weight
+    assert weight[:3] == pytest.approx([1.0, 4.0 / 20.0, 4.0 / 904.0])
+
+
+def test_the_weights_of_a_file_are_those_of_the_fit():
+    run = simulated_run("german", -42.4, TRUTH["german"], 12, np.random.default_rng(3)).run
+    weight = np.linspace(0.1, 1.0, 12)
+    kept = pointing_run(stored_of(replace(run, weight=weight), "night", 1.8e9))
+    assert kept.weight == pytest.approx(weight)

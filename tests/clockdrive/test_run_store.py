@@ -19,7 +19,7 @@ def seen(number=0, **others):
     return replace(
         Observation(
             1.8e9 + number, (8388608.25 + number, 8388000.5), (1.25, -95.5), "beyond", 123.456789012345, 45.0, 2.0,
-            "Vega", 1.7e9, {"pressure_hpa": 1009.6}, {"pointing_model_arcsec": {"IH": 1.5}},
+            "Vega", {"pressure_hpa": 1009.6}, {"pointing_model_arcsec": {"IH": 1.5}}, weight=0.25,
         ),
         **others,
     )  # fmt: skip
@@ -127,7 +127,7 @@ def test_a_file_of_another_program_or_of_a_later_version_is_left_alone(tmp_path)
     with sqlite3.connect(later / FILE_NAME) as newer:
         newer.execute("PRAGMA user_version = 9")
     newer.close()
-    with pytest.raises(StateError, match="is of version 9, and this Clockdrive knows 1: update Clockdrive"):
+    with pytest.raises(StateError, match="is of version 9, and this Clockdrive knows 2: update Clockdrive"):
         RunStore(later, "x")
 
 
@@ -167,3 +167,27 @@ def test_a_process_killed_within_a_record_leaves_the_records_before_it(tmp_path)
         found = store.read()
     assert found.observations == (seen(1),)
     assert [each.number for each in found.pending] == [2, 3, 4]
+
+
+def test_a_file_of_the_first_version_is_read_and_written_with_weights_of_one(tmp_path):
+    with RunStore(tmp_path, "tc410 sim:") as store:
+        store.begin(run(observations=(seen(weight=1.0),)))
+    with sqlite3.connect(tmp_path / FILE_NAME) as old:
+        old.execute("ALTER TABLE observations DROP COLUMN weight")
+        old.execute("ALTER TABLE observations ADD COLUMN synchronised REAL")
+        old.execute("PRAGMA user_version = 1")
+    old.close()
+    with RunStore(tmp_path, "tc410 sim:") as store:
+        store.observed("night", 1, seen(weight=0.5))
+        assert store.read("night").observations == (seen(weight=1.0), seen(weight=0.5))
+
+
+def test_a_store_that_another_process_holds_is_waited_for_no_longer_than_was_said(tmp_path):
+    with RunStore(tmp_path, "tc410 sim:", patience_s=0.1) as store:
+        store.begin(run())
+        other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None)
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StateError, match=r"another process has held it for 0.1 s: end that one"):
+            store.observed("night", 1, seen())
+        other.close()
+        store.observed("night", 1, seen())

@@ -203,6 +203,16 @@ def test_bright_stars_are_real_reached_and_each_is_taken_once_in_a_posture():
     assert all(subject.limits.horizon.margin(place.direction) > 0.0 for place in places)
 
 
+def test_no_bright_star_is_seen_twice_while_there_is_another():
+    subject = two_sided(MountType.GERMAN)
+    first = star_places(subject, 20, MIDNIGHT, 2000.0, bright_stars())
+    names = [place.name for place in first]
+    more = star_places(subject, 20, MIDNIGHT, 2000.0, bright_stars(), 20, names)
+    print(f"{len(set(names))} stars in 20 places, {len({*names, *(place.name for place in more)})} in 40")
+    assert len(set(names)) == 20
+    assert len({*names, *(place.name for place in more)}) == 40
+
+
 def test_what_cannot_be_planned_says_what_and_why():
     with pytest.raises(PointingError, match=r"a run of 0 places: 1 to 1000"):
         spread_places(two_sided(MountType.GERMAN), 0, MIDNIGHT)
