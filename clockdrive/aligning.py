@@ -41,6 +41,10 @@ _LASTS_S = 3600.0
 _WITNESS_ARCSEC = 1.0  # taken for what a witness scatters before one has spoken; only the order of places rests on it
 _ARCSEC = math.radians(1.0 / 3600.0)
 _COLLIMATION: dict[MountKind, str] = {"equatorial": "CH", "altazimuth": "CA"}
+_ANOTHER_TURN = (
+    "the knobs were turned by quite another angle than was advised: if they were not, the witness saw another field; "
+    "begin anew then"
+)
 
 
 @dataclass(frozen=True)
@@ -163,6 +167,25 @@ class Aligning:
         self._estimate = AxisEstimate(session.planner.mount)
         self._synchronised = self._last_sync()
         self.states: list[AlignmentState] = []
+        self._turn_unseen = False
+        self._refusals = 0  # looks that did not belong, one after the other
+
+    def anew(self) -> "Aligning":
+        """The same alignment before its first star."""
+        return Aligning(self._session, self._observing, self._witness, self._settings)
+
+    @property
+    def doubt(self) -> str:
+        """Why the advice may not be that of now; empty where it is."""
+        if self._refusals:
+            return f"the last look was not taken: this advice is from before it; {self._way_on}"
+        if self._turn_unseen:
+            return "the knobs were turned, and no look was taken since: this advice is from before that; look again"
+        return ""
+
+    @property
+    def _way_on(self) -> str:
+        return "begin anew (`n`, `alignment.anew()`)" if self._refusals > 1 else "look again"
 
     def begin(self, report: Callable[[str], object]) -> Steps[AlignmentState]:
         """Look at three stars; the telescope stays on the last one, and rests where that fails.
@@ -219,8 +242,9 @@ class Aligning:
             The alignment has not begun, what it rests on has changed, or not now.
         """
         self._require_same()
+        self._turn_unseen = self._turn_unseen or turned
         before = self._estimate
-        if turned:
+        if self._turn_unseen:
             before = before.turned(turns_of(self.states[-1].advice.knobs))
         if another:
             seen = yield from self._another(before, report)
@@ -229,7 +253,9 @@ class Aligning:
         else:
             name = self._session.pursuit.target.name
             seen = yield from self._observing.look(name, self._witness, self._settings.settle_s)
-        return self._told(self._learned(before, seen), ())
+        estimate, notes = self._learned(before, seen)
+        self._turn_unseen, self._refusals = False, 0
+        return self._told(estimate, notes)
 
     @property
     def registers(self) -> tuple[int, int]:
@@ -238,9 +264,11 @@ class Aligning:
         Raises
         ------
         Refused
-            The alignment has not begun, or what it rests on has changed.
+            The alignment has not begun, or what it rests on has changed; the last look was not taken.
         """
         self._require_same()
+        if self.doubt:
+            raise Refused(self.doubt)
         found = registers_of(self._estimate)
         return round(found.x_mas), round(found.y_mas)
 
@@ -283,8 +311,8 @@ class Aligning:
                 if not left:
                     raise
 
-    def _learned(self, estimate: AxisEstimate, seen: Observation) -> AxisEstimate:
-        """Learn from what was seen.
+    def _learned(self, estimate: AxisEstimate, seen: Observation) -> tuple[AxisEstimate, tuple[str, ...]]:
+        """Learn from what was seen; return what is known, and what to beware of.
 
         Raises
         ------
@@ -292,14 +320,19 @@ class Aligning:
             It cannot be.
         """
         look = self._look_of(seen)
-        if not estimate.belongs(look):
-            sigmas = math.sqrt(estimate.strangeness(look))
-            raise WitnessError(
-                f"the look is {sigmas:.0f} standard deviations from where the mount can point, and was not taken: it "
-                "saw another field, or something but the knobs has moved; look again, after a turn say that they "
-                "were turned, and where looks scatter give more with --scatter"
-            )
-        return estimate.looked(look)
+        if estimate.belongs(look):
+            return estimate.looked(look), ()
+        if self._turn_unseen:
+            free = self._estimate.turned((0.0, 0.0), free=True)
+            if free.belongs(look):
+                return free.looked(look), (_ANOTHER_TURN,)
+        self._refusals += 1
+        sigmas = math.sqrt(estimate.strangeness(look))
+        raise WitnessError(
+            f"the look is {sigmas:.0f} standard deviations from where the mount can point, and was not taken: it "
+            "saw another field, or something but the knobs has moved; after a turn say that they were turned, where "
+            f"looks scatter give more with --scatter, or {self._way_on}"
+        )
 
     def _look_of(self, seen: Observation) -> Look:
         axis1, axis2 = (math.radians(angle) for angle in seen.axes_deg)

@@ -1,6 +1,7 @@
 """An alignment under way, as a person has it in hand: turn the knobs, look, read what is left."""
 
 from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.aligning import Aligning, AlignmentSettings, AlignmentState
@@ -84,6 +85,19 @@ class Alignment:
         state: AlignmentState = self._perform(self._aligning.look(self._report, turned=turned, another=another))
         return state
 
+    def anew(self) -> AlignmentState:
+        """Forget all looks, and look at three stars again; where that fails what was known stays.
+
+        Raises
+        ------
+        Refused
+            Not now, or too few stars were seen.
+        """
+        aligning = self._control.call(self._aligning.anew)
+        state: AlignmentState = self._perform(aligning.begin(self._report))
+        self._aligning = aligning
+        return state
+
     def write_mount(self) -> tuple[int, int]:
         """Point with the lean of axis 1 as it is, instead of turning knobs, until the telescope is closed.
 
@@ -99,7 +113,7 @@ class Alignment:
         Raises
         ------
         Refused
-            Not now.
+            Not now; the last look was not taken, or none since the knobs were turned.
         """
 
         def write() -> tuple[int, int]:
@@ -121,11 +135,12 @@ class Alignment:
 
     @property
     def text(self) -> str:
-        """What to turn."""
-        return self.state.text
+        """What to turn; above it why that may not be what to turn now, where a look was not taken."""
+        return "\n".join(filter(None, (self._aligning.doubt, self.state.text)))
 
     def __repr__(self) -> str:
-        return repr(self.state)
+        return "\n".join(filter(None, (self._aligning.doubt, repr(self.state))))
 
     def _repr_html_(self) -> str:
-        return self.state._repr_html_()
+        doubt = self._aligning.doubt
+        return (f"<p>{escape(doubt)}</p>" if doubt else "") + self.state._repr_html_()

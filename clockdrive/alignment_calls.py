@@ -15,7 +15,7 @@ _OPTIONS = ("witness", "pole", "goal_arcsec", "scatter_arcsec", "settle_s")
 
 
 def alignment_calls(telescope: "Telescope") -> dict[str, Call]:
-    """`polar_begin`, with the arguments of `Telescope.polar_alignment`; `polar_look`; `polar_write`."""
+    """`polar_begin`, with the arguments of `Telescope.polar_alignment`; `polar_look`; `polar_anew`; `polar_write`."""
     kept: list[tuple[Alignment, list[Emit]]] = []  # the one under way, and who listens to it
 
     def current(emit: Emit) -> "Alignment":
@@ -40,9 +40,12 @@ def alignment_calls(telescope: "Telescope") -> dict[str, Call]:
         turned, another = bool(args.get("turned", True)), bool(args.get("another"))
         return current(emit).look(turned=turned, another=another).json
 
+    def anew(_args: dict[str, Any], emit: Emit) -> object:
+        return current(emit).anew().json
+
     def write(_args: dict[str, Any], emit: Emit) -> object:
         x_mas, y_mas = current(emit).write_mount()
         kept.clear()
         return {"ok": True, "mount_x_mas": x_mas, "mount_y_mas": y_mas}
 
-    return {"polar_begin": begin, "polar_look": look, "polar_write": write}
+    return {"polar_begin": begin, "polar_look": look, "polar_anew": anew, "polar_write": write}

@@ -8,7 +8,8 @@ frame on top of the mount in force, and the index error of axis 2. The index err
 A knob turns the whole mount, R ← exp(t)·R, and neither index. Thus a turn about the vertical carries the zero of axis
 1 with it by sin φ of its angle, as it does in truth, and nothing has to be forgotten but the knobs' own angles: they
 are known to about their size, while the third component of t is 1 % of the turn, as knobs are not quite about the
-vertical and the line from east to west, and carry each other or do not.
+vertical and the line from east to west, and carry each other or do not. A turn that was quite another than the one
+advised says so (`Turn.free`): looks alone tell its angles then, and collimation nobody knows of is granted.
 
 All looks and turns are solved together by Gauss and Newton's method with the exact rotations, the prior of each turn
 being one more observation: the Bayesian estimate that a filter approximates (B. M. Bell 1994, SIAM J. Optim. 4, 626:
@@ -40,6 +41,8 @@ _OWN_SIZE = 1.0  # σ of a knob's turn, of what was advised
 _UNASKED = 60.0 * _ARCSEC  # and of a turn that was not advised
 _CROSS_TALK = 0.01  # of a turn, about the direction for which there is no knob
 _CROSS_FLOOR = 0.3 * _ARCSEC
+_FREE = math.radians(5.0)  # σ of a knob's turn that was not the one advised
+_FREE_FLOOR = 180.0 * _ARCSEC  # and of the third: 3′ of collimation lie about another direction after it
 _STEP = 1e-6  # of the derivative by axis 2
 _ENOUGH = 1e-13
 _ITERATIONS = 30
@@ -74,9 +77,18 @@ class Look:
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn of the knobs, of which only the advice is known: radians by knob, in the order of `knob_axes`."""
+    """A turn of the knobs.
+
+    Parameters
+    ----------
+    advised : tuple of float
+        What is known of it: radians by knob, in the order of `knob_axes`.
+    free : bool
+        Whether not even that: it was quite another one.
+    """
 
     advised: tuple[float, float]
+    free: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +131,9 @@ class AxisEstimate:
         """Learn from a look."""
         return replace(self, events=(*self.events, look))
 
-    def turned(self, advised: tuple[float, float]) -> "AxisEstimate":
-        """Know that the knobs were turned, and what was advised."""
-        return replace(self, events=(*self.events, Turn(advised)))
+    def turned(self, advised: tuple[float, float], *, free: bool = False) -> "AxisEstimate":
+        """Know that the knobs were turned, and what was advised; `free` where it was quite another turn."""
+        return replace(self, events=(*self.events, Turn(advised, free)))
 
     @property
     def attitude(self) -> Array:
@@ -301,8 +313,9 @@ def _left_jacobian(v: Array) -> Array:
 
 def _turn_sigmas(turn: Turn, own: Array) -> Array:
     """Prior standard deviations of a turn, radians: of both knobs, and of what no knob turns."""
-    one, two = (_OWN_SIZE * abs(each) + _UNASKED for each in turn.advised)
-    return np.array([one, two, _CROSS_TALK * math.hypot(own[0], own[1]) + _CROSS_FLOOR])
+    one, two = (_FREE if turn.free else _OWN_SIZE * abs(each) + _UNASKED for each in turn.advised)
+    floor = _FREE_FLOOR if turn.free else _CROSS_FLOOR
+    return np.array([one, two, _CROSS_TALK * math.hypot(own[0], own[1]) + floor])
 
 
 def _cross(v: Iterable[float]) -> Array:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _MOVING = frozenset(
     {"centre", "drive_at", "flip", "goto", "home", "instrument", "jog", "park", "pointing_run"}
-    | {"polar_begin", "polar_look"}
+    | {"polar_anew", "polar_begin", "polar_look"}
 )
 
 OnEvent = Callable[[Mapping[str, Any]], object]

@@ -14,15 +14,16 @@ from clockdrive.failures import FAILURES
 from pointing.model.words import POLES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
-_KEYS = {
-    "": {"turned": True, "another": False},
-    "t": {"turned": True, "another": True},
-    "s": {"turned": False, "another": True},
-    "r": {"turned": False, "another": False},
+_KEYS: dict[str, tuple[str, dict[str, bool]]] = {
+    "": ("polar_look", {"turned": True, "another": False}),
+    "t": ("polar_look", {"turned": True, "another": True}),
+    "s": ("polar_look", {"turned": False, "another": True}),
+    "r": ("polar_look", {"turned": False, "another": False}),
+    "n": ("polar_anew", {}),
 }
 _HELP = (
     "Enter: the knobs were turned, look again; t: they were turned, look at another star; s: they were not, look at "
-    "another star; r: they were not, look again; w: write the mount's registers instead; q: leave it"
+    "another star; r: they were not, look again; n: begin anew; w: write the mount's registers instead; q: leave it"
 )
 
 
@@ -49,9 +50,7 @@ def polar_align(args: argparse.Namespace) -> None:
         refuse_typed_elsewhere(args.witness, telescope)
         typed = StandardInput()
         states = [_begun(args, telescope, typed)]
-        written: Mapping[str, Any] = {}
-        if args.write_mount or _turned(args, telescope, typed, states):
-            written = _write(args, telescope)
+        written = _write(args, telescope) if args.write_mount else _turned(args, telescope, typed, states)
         telescope.call("stop")
     if args.json:
         display.as_json({**states[-1], **written, "states": states})
@@ -71,24 +70,30 @@ def _begun(args: argparse.Namespace, telescope: Backend, typed: StandardInput) -
     return state
 
 
-def _turned(args: argparse.Namespace, telescope: Backend, typed: StandardInput, states: list[dict[str, Any]]) -> bool:
-    """Look after every turn of the knobs; return whether the registers shall be written instead."""
+def _turned(
+    args: argparse.Namespace, telescope: Backend, typed: StandardInput, states: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Look after every turn of the knobs; return what was written of the registers instead, if anything."""
     print(f"clockdrive: {_HELP}", file=sys.stderr, flush=True)
     while states[-1]["step"] != "stop":
         word = _word(typed)
-        if word in {None, "q", "w"}:
-            return word == "w"
-        if word not in _KEYS:
+        if word in {None, "q"}:
+            break
+        if word not in {*_KEYS, "w"}:
             print(f"clockdrive: {word!r}? {_HELP}", file=sys.stderr, flush=True)
             continue
         try:
-            state = telescope.call("polar_look", _events(telescope, typed), **_KEYS[word])
+            if word == "w":
+                return _write(args, telescope)
+            call, given = _KEYS[word]
+            state = telescope.call(call, _events(telescope, typed), **given)
         except FAILURES as error:
-            print(f"clockdrive: not taken: {error}", file=sys.stderr, flush=True)
+            done = "written" if word == "w" else "taken"
+            print(f"clockdrive: not {done}: {error}", file=sys.stderr, flush=True)
             continue
         states.append(state)
         _show(args, state)
-    return False
+    return {}
 
 
 def _word(typed: StandardInput) -> str | None:

@@ -61,7 +61,7 @@ def true_off_arcsec(scope):
     latitude = math.radians(scope.configuration.site.latitude_deg)
     altazimuth = scope.configuration.mount.type == "altaz-fork"
     wanted = (0.0, 0.0, 1.0) if altazimuth else (-math.cos(latitude), 0.0, math.sin(latitude))
-    return math.degrees(np.linalg.norm(np.cross(scope.true_sky.mount.pole, wanted))) * 3600.0
+    return math.degrees(math.asin(np.linalg.norm(np.cross(scope.true_sky.mount.pole, wanted)))) * 3600.0
 
 
 def turn(scope, advice, times=(1.0, 1.0)):
@@ -172,7 +172,7 @@ def test_a_look_that_cannot_be_leaves_the_advice_as_it_was(leaning):
         alignment = scope.polar_alignment(Told(scope, lambda n, seen: seen if n <= 3 else said[0](seen)))
         before = alignment.state
         with pytest.raises(WitnessError, match="believed"):
-            alignment.look()
+            alignment.look(turned=False)
         said[0] = lambda seen: Sighting(
             tuple(np.array(seen.observed) * math.cos(0.01) + 0.01 * np.array((0.0, 0.0, 1.0))),
             seen.time, seen.sigma_arcsec)  # fmt: skip
@@ -251,6 +251,76 @@ def test_the_refracted_pole_is_higher_than_the_true_one(leaning):
         expected = 58.3 / math.tan(math.radians(42.4))  # R = 58.3″ cot a at 1010 hPa, 10 °C
         print(f"\nrefracted pole {refracted - true:.1f}″ higher, 58.3″ cot φ is {expected:.1f}″")
         assert refracted - true == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize(("another", "collimation"), [(False, 0.0), (True, 180.0)])
+@pytest.mark.parametrize("name", ["fork, south", "german, north", "altazimuth, south"])
+def test_a_turn_of_two_degrees_that_was_not_advised_is_learned_without_and_with_three_minutes_of_collimation(
+    leaning, name, another, collimation
+):
+    upright = {"simulator__misalignment_x_arcsec": 0.0, "simulator__misalignment_y_arcsec": 0.0}
+    with leaning(name, **upright, simulator__collimation_arcsec=collimation) as scope:
+        alignment = scope.polar_alignment()
+        scope.true_sky.turn_knobs(7200.0, 7200.0)
+        state = alignment.look(another=another)
+        alignment.look(turned=False, another=True)
+        told, true, sigma = state.off_arcsec, true_off_arcsec(scope), state.advice.sigma_arcsec
+        now, sigma_now = alignment.state.off_arcsec, alignment.state.advice.sigma_arcsec
+        print(f"\n{name}: told {told:.0f} ± {sigma:.0f}″, then {now:.0f} ± {sigma_now:.0f}″, true {true:.0f}″")
+        assert "by quite another angle than was advised" in state.text or collimation
+        assert abs(now - true) < 3.0 * sigma_now + 3.0 * collimation  # which three stars do not tell from a lean
+
+
+def risen(seen):
+    up = np.array(seen.observed) * math.cos(0.01) + 0.01 * np.array((0.0, 0.0, 1.0))
+    return Sighting(tuple(up), seen.time, seen.sigma_arcsec)
+
+
+def test_registers_are_not_written_from_before_a_look_that_was_not_taken(leaning):
+    with leaning() as scope:
+        said = [lambda seen: seen]
+        alignment = scope.polar_alignment(Told(scope, lambda _, seen: said[0](seen)))
+        before = alignment.text
+        said[0] = risen
+        with pytest.raises(WitnessError, match="look again"):
+            alignment.look(turned=False)
+        assert alignment.text.startswith("the last look was not taken: this advice is from before it; look again")
+        assert alignment.text.endswith(before)
+        with pytest.raises(Refused, match="was not taken"):
+            alignment.write_mount()
+        with pytest.raises(WitnessError, match=r"begin anew \(`n`"):
+            alignment.look(turned=False)
+        said[0] = lambda seen: seen
+        alignment.look(turned=False)
+        assert "not taken" not in alignment.text
+        alignment.write_mount()
+
+
+def test_a_turn_whose_look_failed_is_not_forgotten(leaning):
+    with leaning() as scope:
+        said = [lambda seen: seen]
+        alignment = scope.polar_alignment(Told(scope, lambda _, seen: said[0](seen)))
+        turn(scope, alignment.state.advice)
+        said[0] = far_away
+        with pytest.raises(WitnessError):
+            alignment.look()
+        assert alignment.text.startswith("the knobs were turned, and no look was taken since")
+        with pytest.raises(Refused, match="the knobs were turned"):
+            alignment.write_mount()
+        said[0] = lambda seen: seen
+        assert alignment.look(turned=False).estimate.turns == 1
+
+
+def test_begun_anew_it_knows_where_the_axis_is_whatever_was_turned(leaning):
+    with leaning() as scope:
+        alignment = scope.polar_alignment()
+        scope.true_sky.turn_knobs(4000.0, 2000.0)
+        with pytest.raises(WitnessError):
+            alignment.look(turned=False)
+        state = alignment.anew()
+        assert len(alignment.states) == 1
+        assert alignment.text == state.text
+        assert abs(state.off_arcsec - true_off_arcsec(scope)) < 4.0 * state.advice.sigma_arcsec
 
 
 def test_an_alignment_that_cannot_begin_leaves_the_telescope_at_rest(leaning):

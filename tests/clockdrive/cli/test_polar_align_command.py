@@ -3,6 +3,7 @@
 import io
 import json
 import tomllib
+from dataclasses import replace
 
 import pytest
 
@@ -92,3 +93,20 @@ def test_encoders_and_a_goal_of_nothing_are_refused(run, file):
     code, _, err = run("-c", file, "polar-align", "--goal", "0", "--settle", "0")
     assert code != 0
     assert "a goal of 0″" in err
+
+
+def test_begun_anew_after_a_look_that_was_not_taken_before_which_nothing_is_written(run, file, monkeypatch):
+    from clockdrive.aligning import Aligning
+
+    learned, kept = Aligning._learned, file.read_text(encoding="utf-8")
+
+    def astray(self, estimate, seen):
+        return learned(self, estimate, replace(seen, altitude_deg=seen.altitude_deg + 0.6))
+
+    monkeypatch.setattr(Aligning, "_learned", astray)
+    code, out, err = run("-c", file, "polar-align", "--settle", "0", "--json", typed="r\nw\nr\nn\nq\n")
+    assert code == 0
+    assert "not written: the last look was not taken: this advice is from before it; look again" in err
+    assert "or begin anew (`n`" in err
+    assert [each["looks"] for each in json.loads(out)["states"]] == [3, 3]
+    assert file.read_text(encoding="utf-8") == kept
