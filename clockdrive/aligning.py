@@ -39,6 +39,7 @@ _TRIES = 8  # places at most for the first three stars
 _BLIND = 3  # of them without one sighting: the witness does not work
 _TRIES_ANOTHER = 3  # for one more
 _LASTS_S = 3600.0
+_WITNESS_ARCSEC = 1.0  # taken for what a witness scatters before one has spoken; only the order of places rests on it
 _ARCSEC = math.radians(1.0 / 3600.0)
 _COLLIMATION: dict[MountKind, str] = {"equatorial": "CH", "altazimuth": "CA"}
 _ANOTHER_TURN = (
@@ -298,7 +299,7 @@ class Aligning:
             ) from error
         side = {self._place.posture} if self._place is not None else {each.posture for each in places}
         left = [each for each in places if each.posture in side and each not in self._visited]
-        sigma = self._settings.scatter_arcsec + 1.0
+        sigma = math.hypot(self._settings.scatter_arcsec, _WITNESS_ARCSEC)
         return telling_places(session.planner, left, estimate, n, sigma * _ARCSEC)
 
     def _visit(self, place: RunPlace) -> Steps[Observation]:
@@ -308,7 +309,8 @@ class Aligning:
         return seen
 
     def _another(self, estimate: AxisEstimate, report: Callable[[str], object]) -> Steps[Observation]:
-        for left in reversed(range(_TRIES_ANOTHER)):
+        left = _TRIES_ANOTHER
+        while True:
             (place,) = self._telling(estimate, 1)
             try:
                 return (yield from self._visit(place))
@@ -316,9 +318,9 @@ class Aligning:
                 raise
             except FAILURES as error:
                 report(f"skipped: {error}")
+                left -= 1
                 if not left:
                     raise
-        raise AssertionError  # the last try returns or raises
 
     def _learned(self, estimate: AxisEstimate, seen: Observation) -> tuple[AxisEstimate, tuple[str, ...]]:
         """Learn from what was seen; return what is known, and what to beware of.

@@ -19,15 +19,16 @@ from clockdrive.errors import ClockdriveError
 from clockdrive.fitting import Fitted, Wanted, fit_run
 from clockdrive.run_store import Observation, StoredRun
 from clockdrive.state import Zero
+from pointing.limits import separation
 from pointing.model.cross_validation import cv_sky_rms_arcsec
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
 from pointing.model.place import MountKind
-from pointing.model.polar_alignment import PolarAlignment, angle_text, polar_alignment
+from pointing.model.polar_alignment import angle_text, end_of_axis
 from pointing.model.run import PointingRun
 from pointing.mount import Mount, MountType
 from pointing.site import Weather
-from pointing.vectors import Vector, from_azimuth_altitude
+from pointing.vectors import Vector, equatorial_to_horizon, from_azimuth_altitude
 
 FEWEST = 6
 """Stars of a run that can be fitted at all."""
@@ -120,15 +121,14 @@ class RunReport:
 
     def _axis(self) -> list[str]:
         """What to do first where the polar axis is far off."""
-        if not {each.name for each in self.fit.model.terms} & {"MA", "ME"}:
+        model = self.fit.model
+        if not {each.name for each in model.terms} & {"MA", "ME"}:
             return []
-        found = polar_alignment(self.fit)
-        if not isinstance(found, PolarAlignment):
+        pole = equatorial_to_horizon((0.0, 0.0, -1.0 if model.latitude < 0.0 else 1.0), model.latitude)
+        arcsec = math.degrees(separation(end_of_axis(model), pole)) * 3600.0
+        if arcsec < _ALIGN_FIRST_ARCSEC:
             return []
-        parts = [angle for angle in (found.raise_arcsec, found.east_arcsec) if math.isfinite(angle)]
-        if math.hypot(*parts) < _ALIGN_FIRST_ARCSEC:
-            return []
-        off = angle_text(math.hypot(*parts))
+        off = angle_text(arcsec)
         why = "the model takes that, and the field turns while it tracks"
         return [f"the polar axis is {off} off: {why}; `polar-align` puts it right, and then take the run again"]
 

@@ -11,12 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from clockdrive.errors import InputError, Refused
 from clockdrive.process_lock import ProcessLock
-from clockdrive.state_file import Kind, StateFile
+from clockdrive.state_file import Kind, StateFile, Store
 from pointing.model.place import MountKind
 from pointing.mount import Posture
 from pointing.run_plan import RunPlace
@@ -161,7 +160,7 @@ def named(name: str) -> str:
     return name
 
 
-class RunStore:
+class RunStore(Store):
     """The pointing runs of one telescope.
 
     Parameters
@@ -182,23 +181,6 @@ class RunStore:
     def __init__(self, directory: Path, telescope: str, patience_s: float = 10.0) -> None:
         self.telescope = telescope
         self._file = StateFile(directory, _KIND, patience_s)
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file.path
-
-    def close(self) -> None:
-        """Close; closing twice is harmless."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     # Runs ------------------------------------------------------------------------------------------------------
 

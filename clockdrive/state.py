@@ -10,11 +10,10 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from clockdrive.event_log import EventLog
-from clockdrive.state_file import Kind, StateFile
+from clockdrive.state_file import Kind, StateFile, Store
 
 FILE_NAME = "state.sqlite3"
 _SCHEMA = """
@@ -116,7 +115,7 @@ class Event:
     data: Mapping[str, object] = field(default_factory=dict)
 
 
-class StateStore:
+class StateStore(Store):
     """The memory of one telescope; safe to use from several threads and processes.
 
     Parameters
@@ -142,23 +141,10 @@ class StateStore:
             self._file.close()
             raise
 
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file.path
-
     def close(self) -> None:
         """Close; closing twice is harmless."""
         self.log.close()
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+        super().close()
 
     # Positions and what makes them trustworthy
 

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 from clockdrive.errors import StateError
 
@@ -172,6 +173,29 @@ class StateFile:
             f"{self.path} is not a {self._kind.name} that can be used: {why}. Move it away (a new one is made; "
             f"{self._kind.loss}), or set [state] path to another folder"
         )
+
+
+class Store:
+    """What is kept in one file, open until it is closed or its block ends."""
+
+    _file: StateFile
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._file.path
+
+    def close(self) -> None:
+        """Close; closing twice is harmless."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 def _remedy(error: str, patience_s: float) -> str:

@@ -194,14 +194,11 @@ class Mount:
     @property
     def frame(self) -> Rows:
         """Axes of the mount's own frame in the horizon frame, by (X, Y) and the model's tilt; the last is axis 1."""
-        rows = _transposed(_rodrigues(self.x, self.y))
-        if self.type is not MountType.ALTAZ_FORK:
-            rows = _product(rows, _equator_from_horizon(self.latitude))
-        if self.model is not None:
-            from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
+        if self.model is None or self._bending is None:
+            return self._rows
+        from pointing.model.rigid import rigid_part  # noqa: PLC0415 - takes 30 ms; only its users pay
 
-            rows = _product(_transposed(rigid_part(self.model).tilt), rows)
-        return rows
+        return _product(_transposed(rigid_part(self.model).tilt), self._rows)  # what bends has the tilt in itself
 
     @property
     def pole(self) -> Vector:

@@ -5,6 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from clockdrive.configuration_file import markdown_table as configuration_keys
+from mounts.apo.commands import TABLE as COMMANDS
+from mounts.apo.commands import Kind
+from mounts.apo.status_word import TABLES as BITS
+from mounts.apo.status_word import StatusWord
 from mounts.tc410.registers import REGISTERS, Register
 from pointing.model.terms import NAMED, Term
 from scripts.sections import CHECKOUT, markdown_table, write_section
@@ -52,6 +56,38 @@ def row(register: Register) -> tuple[str, ...]:
     return address, f"`{register.name}`", register.access, register.unit, saved, meaning
 
 
+def commands() -> str:
+    """Return the commands of the axis controllers."""
+    rows = [
+        (
+            ", ".join(f"`{name}`" for name in (each.name, *each.aliases)),
+            " / ".join(" ".join(form) or "–" for form in each.forms),
+            each.effect,
+            each.risky,
+            ("SDSS only; " if each.sdss_only else "") + (f"assumed: {each.assumed}" if each.assumed else ""),
+        )
+        for each in COMMANDS
+    ]
+    return markdown_table(("command", "arguments", "effect", "risk", "remark"), rows)
+
+
+def status_bits() -> str:
+    """Return the status bits of both telescopes, a table each."""
+    tables = []
+    for kind, title in (("apo", "3.5 m"), ("sdss", "SDSS")):
+        rows = [
+            (str(each.bit), f"`{each.name}`", each.meaning, "yes" if each.sticky else "", _rank(kind, each.bit))
+            for each in BITS[kind]
+        ]
+        tables.append(f"### {title}\n\n{markdown_table(('bit', 'name', 'meaning', 'sticky', 'counts as'), rows)}")
+    return "\n\n".join(tables)
+
+
+def _rank(kind: Kind, bit: int) -> str:
+    word = StatusWord(1 << bit, kind)
+    return "error" if word.errors else "warning" if word.warnings else ""
+
+
 def pointing_terms() -> str:
     """Return the named terms of pointing models."""
     rows = [
@@ -87,6 +123,8 @@ def evidence(each: Term) -> str:
 
 TABLES: dict[tuple[Path, str], Callable[[], str]] = {
     (DOCS / "tc410.md", "registers"): registers,
+    (DOCS / "apo.md", "commands"): commands,
+    (DOCS / "apo.md", "bits"): status_bits,
     (DOCS / "configuration.md", "keys"): configuration_keys,
     (DOCS / "pointing-models.md", "terms"): pointing_terms,
 }

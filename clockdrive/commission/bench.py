@@ -29,7 +29,6 @@ _RAMP_S = 2.0
 _LANDING_PERIOD_S = 0.02
 _LANDING_WINDOW_S = 0.4
 _LATE_S = 3.0  # beyond which a landing is waited for at leisure
-_LANDED_COUNTS = 2.0
 _LINK_LOST_S = 15.0
 _STOPPED_S = 10.0
 _FAR_OFF = math.radians(10.0)  # beyond which a witness and the position cannot both be right
@@ -101,6 +100,10 @@ class CommissioningBench:
     def configured(self, dotted: str) -> Any:  # noqa: ANN401 - any kind of value
         """The value of a configuration key."""
         return self._written.get(dotted, self._configuration.values[dotted])
+
+    def has_encoder(self, axis: int) -> bool:
+        """Whether an axis can have an absolute encoder that is seen beside its position."""
+        return f"axis{axis + 1}.encoder_bits" in self._configuration.values
 
     def counts_per_deg(self, axis: int) -> float:
         """Counts of a degree of axis 0 or 1 by the configured gears."""
@@ -274,10 +277,11 @@ class CommissioningBench:
         return reading
 
     def _require_landed(self, plan: Plan, reading: Reading) -> None:
-        for axis, read in zip(plan.axes, reading.axes, strict=False):
+        for axis, setup, read in zip(plan.axes, self.session.planner.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
-            if off > _LANDED_COUNTS + read.uncertainty_counts:
-                self.session.halt(f"{axis.name} ended {off:.0f} counts from where it was sent; check what blocks it")
+            if off > setup.landed + read.uncertainty_counts:
+                far = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
+                self.session.halt(f"{axis.name} ended {far} from where it was sent; check what blocks it")
 
     # Looking ---------------------------------------------------------------------------------------------------
 

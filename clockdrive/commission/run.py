@@ -7,16 +7,20 @@ process cannot give back, the next one does when it connects. A step that cannot
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Protocol, runtime_checkable
 
 from clockdrive.commission.bench import CommissioningBench, Impossible
 from clockdrive.commission.steps import FIRST, LAST
 from clockdrive.configuration import Configuration
 from clockdrive.control import Steps
+from clockdrive.drive_registers import HasRegisters
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.session import Session
 from clockdrive.state import Event
 from clockdrive.witness import SkyWitness, WitnessError
-from mounts.commissioning import BACK, Finding, Step
+from mounts.commissioning import BACK, Encoder, Finding, Step
+from mounts.drive import Drive
 from mounts.errors import DriveError
 from pointing.errors import Unreachable
 from transports.errors import TransportError
@@ -32,6 +36,11 @@ class Stage:
     findings: tuple[Finding, ...] | None = None
 
 
+_OWN = {
+    "tc410": "mounts.tc410.commissioning",
+    "apo": "mounts.apo.commissioning",
+    "sdss": "mounts.apo.commissioning",
+}
 Watch = Callable[[Stage], object]
 
 
@@ -43,11 +52,12 @@ def steps_of(kind: str, only: Sequence[str] = ()) -> tuple[Step, ...]:
     InputError
         There is no such step, or the drive cannot be commissioned.
     """
-    if kind != "tc410":
-        raise InputError(f"`commission` has no steps for the drive {kind} in this version; it has for the tc410")
-    from mounts.tc410 import commissioning as own  # noqa: PLC0415 - the steps of the drive that is there
-
-    steps = (*own.BEFORE, *FIRST, *own.AFTER, *LAST)
+    if kind not in _OWN:
+        has = ", ".join(_OWN)
+        raise InputError(f"`commission` has no steps for the drive {kind} in this version; it has for {has}")
+    own = import_module(_OWN[kind])  # the steps of the drive that is there
+    left_out: frozenset[str] = getattr(own, "LEFT_OUT", frozenset())
+    steps = (*own.BEFORE, *(step for step in FIRST if step.name not in left_out), *own.AFTER, *LAST)
     names = {step.name for step in steps}
     for name in only:
         if name not in names:
@@ -56,6 +66,24 @@ def steps_of(kind: str, only: Sequence[str] = ()) -> tuple[Step, ...]:
     for step in reversed(steps):
         wanted |= set(step.needs) if step.name in wanted else set()
     return tuple(step for step in steps if step.name in wanted)
+
+
+@runtime_checkable
+class Borrows(Protocol):
+    """A drive of which a step may change registers for a while."""
+
+    def give_back(self) -> None:
+        """Write back what was borrowed."""
+        ...
+
+
+def _encoders(drive: Drive) -> "tuple[Encoder | None, Encoder | None]":
+    """What absolute encoders read, of a drive that has some."""
+    if not isinstance(drive, HasRegisters):
+        return None, None
+    from mounts.tc410.commissioning import encoders  # noqa: PLC0415 - as in `steps_of`
+
+    return encoders(drive)  # type: ignore[arg-type]  # it is of this kind
 
 
 class Commissioning:
@@ -80,15 +108,13 @@ class Commissioning:
         witness: SkyWitness | None,
         written: Mapping[str, object] | None = None,
     ) -> None:
-        from mounts.tc410.commissioning import encoders  # noqa: PLC0415 - as in `steps_of`
-
         self._session = session
         self._kind = configuration.drive.kind
         self._bench = CommissioningBench(
             session,
             configuration,
             witness,
-            lambda: encoders(session.drive),  # type: ignore[arg-type]  # the drive is of this kind
+            lambda: _encoders(session.drive),
             dict(written or {}),
         )
         self._still_only = ""  # why nothing may be moved any more
@@ -150,7 +176,8 @@ class Commissioning:
         if not stopped:
             session.stop_and_fail("the commissioning was broken off")
         with suppress(DriveError, TransportError):  # the next connection gives back what this one cannot
-            session.drive.give_back()  # type: ignore[attr-defined]  # as `encoders`
+            if isinstance(session.drive, Borrows):
+                session.drive.give_back()
         if session.doing == "commissioning":
             session.now_doing("idle")
 

@@ -123,7 +123,7 @@ def _axis_sense(bench: CommissioningBench, i: int, first: Seen, second: Seen) ->
             right = sky * commanded > 0.0
             findings.append(Finding(subject, judged(right), said, key, configured, configured == right))
         bench.scales[i] = max(1.0, abs(sky / commanded))
-    return findings + sense_findings(bench, i, first, second, encoder)
+    return findings + (sense_findings(bench, i, first, second, encoder) if bench.has_encoder(i) else [])
 
 
 def _gearing(bench: CommissioningBench) -> Steps[list[Finding]]:
@@ -233,7 +233,9 @@ def _stop_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading]
     if not before or not before[-1].axes[i].slewing:
         return Finding(subject, "untested", "the axis had landed before the stop; the link is too slow")
     last, rest = before[-1].axes[i].counts, readings[-1].axes[i].counts
-    stood = next(r.time for r in readings if abs(r.axes[i].counts - rest) <= 1.0)
+    stood = next(
+        r.time for r in readings if abs(r.axes[i].counts - rest) <= bench.session.planner.axes[i].landed / 2.0
+    )
     speed = abs(before[-1].axes[i].rate) / bench.counts_per_deg(i)
     degrees = abs(rest - last) / bench.counts_per_deg(i)
     detail = (

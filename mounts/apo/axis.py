@@ -4,6 +4,7 @@ Outside, times are POSIX seconds; on the wire they are the controller's own, TAI
 offset. A node whose answer was lost is not sent again: see `line`.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passe
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
 _JOLTS = 20.0  # likewise, between two answers on each other's heels: a servo changes its velocity in steps
 _FORGETS = 0.8  # from node to node, of how slow one was
+_STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
 
@@ -75,6 +77,9 @@ class ControlledAxis:
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
+        self.jumped_deg = 0.0
+        """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
+        self._raw_at = 0.0  # POSIX seconds of it
         self._raw: Drift | None = None  # the last answer that told position and time
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._exchange_s = 0.0  # that a node took lately
@@ -135,10 +140,17 @@ class ControlledAxis:
         """
         before = self._raw
         for attempt in range(_ASKED_AGAIN):
-            timed = ask()
+            try:
+                timed = ask()
+            except MalformedReply:
+                if attempt == _ASKED_AGAIN - 1:
+                    raise
+                continue
             hardest = self.settings.acceleration_deg_s2 * (_JOLTS if attempt else _BRAKES)
             if before is not None and continues(before, timed.value, hardest):
-                self._raw = timed.value
+                if attempt and self._raw is not None:
+                    self._judge_jump(self._raw, timed)
+                self._raw, self._raw_at = timed.value, timed.received
                 return timed
             before = timed.value
         raise WrongAnswer(
@@ -153,6 +165,15 @@ class ControlledAxis:
         told = tai.posix(timed.value.time_tai_s, timed.received)
         self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
         return told - self.offset.value
+
+    def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
+        """Note how far the position is from where the axis can have come since the last one, by the host's time."""
+        seconds = timed.received - self._raw_at
+        fastest = max(abs(before.velocity_deg_s), abs(timed.value.velocity_deg_s))
+        reach = (fastest + self.settings.acceleration_deg_s2 * seconds) * seconds + _STAND_DEG
+        moved = abs(timed.value.position_deg - before.position_deg)
+        if moved > reach:
+            self.jumped_deg = moved
 
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
@@ -208,7 +229,7 @@ class ControlledAxis:
             As for `send`.
         """
         self._waiting = deque(nodes)
-        self.feed(nodes[0].time, most)
+        self.feed(-math.inf, most)
 
     def feed(self, time: float, most: int) -> None:
         """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
@@ -235,6 +256,10 @@ class ControlledAxis:
     def forget_bits(self) -> None:
         """Forget what was latched: INIT has cleared it."""
         self.sight, self.latched, self.must_init = None, StatusWord(0, self.latched.kind), False
+
+    def let_expire(self) -> None:
+        """Leave the axis alone with what it was given: that its path runs out is wanted."""
+        self._forget_path()
 
     def _forget_path(self) -> None:
         self._waiting.clear()
@@ -269,6 +294,6 @@ class ControlledAxis:
         except CommandRefused as error:
             raise DriveRefused(f"{self.name}: {error}; check its status bits with `drive show`") from error
         except MalformedReply as error:
-            raise WrongAnswer(f"{self.name}: {error}") from error
+            raise WrongAnswer(f"{self.name}: {error}; check cable and baud rate") from error
         except (NoAnswer, WrongAnswer, LinkError) as error:
             raise type(error)(f"{self.name}: {error}") from error

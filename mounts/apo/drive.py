@@ -38,6 +38,7 @@ _SILENT_S = 4.0  # after which an axis that does not answer halts all others
 _ATTEMPTS = 3
 _STOPS_IN_S = 2.0  # beyond what the deceleration takes
 _MOVES = 1e-4  # deg/s
+_ANYWHERE_DEG = 360.0
 _STANDS = 1e-6  # deg/s; the last node lies on the grid of times, up to 0.5 µs before the end
 _ABRUPT = 10.0  # times the configured acceleration, with which a stop button or a limit switch may halt an axis
 _SLOW_DEG_S = 0.1  # of an axis that may be synchronised while it tracks
@@ -82,6 +83,11 @@ class ApoDrive:
         self._heard = [-math.inf] * len(axes)
 
     @property
+    def axes(self) -> tuple[ControlledAxis, ...]:
+        """The axes, for what this driver has no word of."""
+        return self._axes
+
+    @property
     def capabilities(self) -> Capabilities:
         """It has a position and a stop, takes nodes, and drifts on alone."""
         return Capabilities(
@@ -122,7 +128,13 @@ class ApoDrive:
             if axis.offset.value
         )
         warned = (f"{text} since the last INIT" for text in supervision.warnings(self._axes))
-        return (*self._notes, *clocks, *warned)
+        lost = (
+            f"{self._axes[i].name}: its position is not known; turn it to where that is, then "
+            f"`drive raw {self._axes[i].name} SET.POSITION DEGREES`"
+            for i in sorted(self._trust.lost_axes)
+            if i > 1
+        )
+        return (*self._notes, *clocks, *warned, *lost)
 
     @property
     def leading(self) -> Leading | None:
@@ -223,6 +235,12 @@ class ApoDrive:
             if axis.word.restarted:
                 self._free(i)
                 return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
+            if axis.jumped_deg:
+                jumped, axis.jumped_deg = axis.jumped_deg, 0.0
+                self._trust.lose_axis(
+                    i, f"{axis.name}: its position has jumped by {jumped:.4f}°, lost or set by somebody; `sync`"
+                )
+                return self._trust.unsynchronised
             if text := supervision.off_its_path(axis, sight):
                 return text
             if axis.queue.is_path and sight.time > axis.queue.ends + 0.5:
@@ -238,6 +256,7 @@ class ApoDrive:
             carried = sight.position + sight.velocity * late
             unsure = sight.uncertainty + self._unseen(i, sight.velocity, late)
             unsure += abs(here[0] - carried) if here else 0.0
+            unsure += _ANYWHERE_DEG if i in self._trust.lost_axes else 0.0
             axes.append(AxisReading(carried, unsure, sight.velocity, self._arrivals[i] is not None))
         self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
         clocks = filter(None, (axis.clock_trouble() for axis in self._axes))
@@ -262,8 +281,12 @@ class ApoDrive:
         return any(axis.queue.last for axis in self._axes)
 
     def _unseen(self, i: int, velocity: float, late: float) -> float:
-        """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since."""
-        return min(abs(velocity) * late, 0.5 * _ABRUPT * self._settings.axes[i].acceleration_deg_s2 * late**2)
+        """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since.
+
+        One that was halted may be on its way back already.
+        """
+        braking = 0.5 * _ABRUPT * self._settings.axes[i].acceleration_deg_s2 * late**2
+        return braking if self._halted is not None else min(abs(velocity) * late, braking)
 
     # Moving ----------------------------------------------------------------------------------------------------
 
@@ -398,7 +421,7 @@ class ApoDrive:
             self._trust.lose("a sync was cut short; `sync` again")
             self._remember(self.memory)
             self._declare(axis, wanted - was)
-        self._trust.synchronised()
+        self._trust.synchronised(len(counts))
         self._remember(self.memory)
         self.read(time)
 
@@ -453,7 +476,10 @@ class ApoDrive:
             raise DriveRefused(f"no axis {name!r}; there is {', '.join(axis.name for axis in self._axes)}")
         given = give(axis, text)
         if given.command.name in SETS_POSITION:
-            self._trust.lose(BY_HAND.format(name))
+            if (i := self._axes.index(axis)) > 1:  # a rotator, of which the sky tells nothing
+                self._trust.lost_axes.discard(i)
+            else:
+                self._trust.lose(BY_HAND.format(name))
             self._remember(self.memory)
         return given
 
@@ -480,7 +506,7 @@ class ApoDrive:
             try:
                 axis.halt()
             except (DriveError, TransportError) as error:
-                axis.forget_path()
+                axis.let_expire()
                 errors.append(error)
         self._halted = time
         if errors:

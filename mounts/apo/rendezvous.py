@@ -20,6 +20,13 @@ LONGEST_S = 3600.0
 """For which an arrival is looked for."""
 _ROUNDS = 80
 _LATER_S = 10.0
+_FARTHEST = 4.0  # times the gap, for a trial that the last two foretell
+_LOWER = (
+    1.0,
+    0.95,
+    0.85,
+    0.7,
+)  # of acceleration and jerk, where the stretching leaps at the arrival itself
 _BESIDE = 3  # trials that were a step of the grid off, as where the arrival is between two of its times
 _PATIENCE = 8  # rounds between which halving takes turns
 
@@ -41,7 +48,11 @@ def meeting(start: float, start_rate: float, where: Where, limits: Limits) -> Sl
     ApoError
         The path is faster than the axis where they would meet, or runs away from it.
     """
-    return _met(start, start_rate, where, limits, sendable)
+    for lower in _LOWER:
+        less = Limits(limits.velocity, limits.acceleration * lower, limits.jerk * lower)
+        if found := _met(start, start_rate, where, less, sendable):
+            return found
+    raise ApoError(_missed(where(0.0)[1], limits))
 
 
 def soonest(start: float, start_rate: float, where: Where, limits: Limits) -> SlewProfile:
@@ -52,12 +63,15 @@ def soonest(start: float, start_rate: float, where: Where, limits: Limits) -> Sl
     ApoError
         As for `meeting`.
     """
-    return _met(start, start_rate, where, limits, quickest)
+    if found := _met(start, start_rate, where, limits, quickest):
+        return found
+    raise ApoError(_missed(where(0.0)[1], limits))
 
 
 def _met(
     start: float, start_rate: float, where: Where, limits: Limits, solve: Callable[[Slew, Limits], SlewProfile]
-) -> SlewProfile:
+) -> SlewProfile | None:
+    """The meeting to which the trials lead, or none where they do not end; raises where it would be too late."""
     early, late, due = 0.0, math.inf, 0.0
     before, beside = None, 0
     for turn in range(1, _ROUNDS + 1):
@@ -76,11 +90,15 @@ def _met(
             trial = (early + late) / 2.0
         before, due = (due, gap), on_grid(trial)
         if due > LONGEST_S:
-            break
-    rate = where(min(due, LONGEST_S))[1]
+            raise ApoError(_missed(where(LONGEST_S)[1], limits))
+    return None
+
+
+def _missed(rate: float, limits: Limits) -> str:
+    """That a target is too fast to be met, or that it is as good as."""
     if abs(rate) > limits.velocity * MARGIN:
-        raise ApoError(too_fast(rate, limits))
-    raise ApoError(
+        return too_fast(rate, limits)
+    return (
         f"the target moves at {rate:.6g}°/s and runs away from an axis of {limits.velocity:g}°/s, no arrival was "
         f"found within {LONGEST_S:g} s; wait until it is slower or comes nearer"
     )
@@ -88,12 +106,12 @@ def _met(
 
 def _next(due: float, gap: float, before: tuple[float, float] | None) -> float:
     """The next trial arrival: where the gap to the one that it gives would close, by the last two trials."""
-    if gap > LONGEST_S:
-        return 2.0 * due + _LATER_S  # it may slow down later
-    if before is None or (gap - before[1]) * (due - before[0]) >= 0.0:
+    if gap > LONGEST_S or gap == 0.0:  # it is too fast there, and may slow down later
+        return 2.0 * due + _LATER_S
+    if before is None or gap == before[1]:
         return due + gap
-    trial = due - gap * (due - before[0]) / (gap - before[1])
-    return trial if (trial - due) * gap > 0.0 else due + gap
+    step = -gap * (due - before[0]) / (gap - before[1])
+    return due + (step if 0.0 < step / gap < _FARTHEST else gap)
 
 
 def _touching(where: Where, due: float, limits: Limits) -> Line:

@@ -9,7 +9,7 @@ positions and velocities are those of the grid's time.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -119,13 +119,16 @@ class SlewProfile:
         )
 
     @cached_property
+    def sent(self) -> tuple[Cubic, ...]:
+        """The cubics that a controller makes of the nodes."""
+        return tuple(Cubic.between(one[1:], two[1:], two.time - one.time) for one, two in pairwise(self.nodes))
+
+    @property
     def extremes(self) -> tuple[float, float]:
-        """Lowest and highest position on the way, the end included."""
-        found = [phase.extremes for phase in self.phases]
-        return (
-            min((*(each.lowest for each in found), self.end.position)),
-            max((*(each.highest for each in found), self.end.position)),
-        )
+        """Lowest and highest position on the way as it is sent, the end included."""
+        found = [cubic.extremes for cubic in self.sent]
+        ends = self.nodes[-1].position
+        return min((*(each.lowest for each in found), ends)), max((*(each.highest for each in found), ends))
 
     @property
     def shortest(self) -> float:
@@ -230,9 +233,3 @@ def _ruckig() -> "ruckig":
     except ImportError as error:
         raise ApoError(_EXTRA) from error
     return ruckig
-
-
-def gaps(nodes: tuple[ProfileNode, ...]) -> Iterator[Cubic]:
-    """The cubics that a controller makes of nodes."""
-    for one, two in pairwise(nodes):
-        yield Cubic.between((one.position, one.velocity), (two.position, two.velocity), two.time - one.time)

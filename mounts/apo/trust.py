@@ -31,6 +31,9 @@ class Trust:
             self.unsynchronised = REINTERPRETED
         self._position = _numbers(memory.get("position"), len(settings.axes))
         self._rates = _numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
+        lost = memory.get("lost_axes")
+        self.lost_axes: set[int] = set(lost) if isinstance(lost, list) else set()
+        """Axes whose position is not known."""
         time = memory.get("time")
         self._time = float(time) if isinstance(time, int | float) else 0.0
 
@@ -41,6 +44,7 @@ class Trust:
             "meaning": self._settings.meaning,
             "position": list(self._position or ()),
             "rates": list(self._rates),
+            "lost_axes": sorted(self.lost_axes),
             "time": self._time,
         }
 
@@ -55,21 +59,30 @@ class Trust:
         """
         name = self._settings.axes[axis].name
         if self._position is None:
-            self.lose(f"{name}: its controller has restarted and was never seen before; `sync` on a target")
-        elif abs(self._rates[axis]) > _STOOD_DEG_S:
-            self.lose(f"{name}: its controller has restarted while the axis moved; `sync` on a target")
-        elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
-            self.lose(
-                f"{name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it was last "
-                "seen; `sync` on a target"
+            self.lose_axis(
+                axis, f"{name}: its controller has restarted and was never seen before; `sync` on a target"
             )
+        elif abs(self._rates[axis]) > _STOOD_DEG_S:
+            self.lose_axis(axis, f"{name}: its controller has restarted while the axis moved; `sync` on a target")
+        elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
+            self.lose_axis(
+                axis,
+                f"{name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it was last "
+                "seen; `sync` on a target",
+            )
+
+    def lose_axis(self, axis: int, why: str) -> None:
+        """The position of one axis may be wrong."""
+        self.lost_axes.add(axis)
+        self.lose(why)
 
     def lose(self, why: str) -> None:
         """The position may be wrong."""
         self.unsynchronised = why
 
-    def synchronised(self) -> None:
-        """The position is right from now on."""
+    def synchronised(self, axes: int) -> None:
+        """The position of the first so many axes is right from now on; the sky tells nothing of a rotator."""
+        self.lost_axes -= set(range(axes))
         self.unsynchronised = ""
 
 

@@ -197,3 +197,11 @@ def test_a_scatter_beyond_that_of_the_witness_says_what_sigmas_mean():
     worm = [[text for text in report_of(each).recommendation if "mistrust terms below 6 ±" in text] for each in runs]
     assert [len(each) for each in worm] == [0, 1]
     assert "where their witness is good to 2.0″" in worm[1][0]
+
+
+def test_the_polar_axis_is_as_far_off_as_its_end_is_on_the_sky():
+    """2546″ sideways and 2546″ in elevation are 1.000° on the sky, though 0.958° about the vertical."""
+    report = report_of(kept(terms={**TRUTH["german"], "MA": -2546.0, "ME": 2546.0}))
+    (said,) = [each for each in report.recommendation if each.startswith("the polar axis")]
+    print(said)
+    assert said.startswith("the polar axis is 1.00")

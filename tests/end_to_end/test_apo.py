@@ -8,6 +8,7 @@ from orbit import Overhead
 from telescope_bench import star_at
 
 from pointing.errors import Unreachable
+from pointing.instant import Instant
 
 ON_TARGET = 0.05  # arcsec
 KINDS = ("apo", "sdss")
@@ -90,3 +91,41 @@ def test_a_star_is_tracked_for_an_hour_through_tai_midnight(kind, tmp_path):
         assert rms(off) < 0.02
         assert not witness.dry()
         assert scope.status()["doing"] == "tracking"
+
+
+@pytest.mark.parametrize("miss_deg", [0.5, 2.0])
+def test_an_sdss_telescope_tracks_a_star_past_the_zenith(miss_deg, tmp_path):
+    with apo_telescope("sdss", tmp_path) as scope:
+        witness = ApoWitness(scope)
+        star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + 900.0)  # its transit
+        scope.goto(star)
+        off = witness.tracked_arcsec(star, 1500.0, 2.3)
+        print(f"{miss_deg}° from the zenith: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks")
+        assert scope.status()["doing"] == "tracking"
+        assert max(off) < ON_TARGET
+        assert not witness.dry()
+
+
+@pytest.mark.parametrize(
+    ("kind", "miss_deg", "transit_s", "name"),
+    [("apo", 1.0, 2400.0, "axis2 soft limit"), ("sdss", 0.05, 900.0, "axis1 speed")],
+)
+def test_where_an_axis_cannot_go_it_stops_as_foretold_and_stands(kind, miss_deg, transit_s, name, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
+        witness = ApoWitness(scope)
+        star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + transit_s)
+        foretold = scope.plan(star)["next_limit"]
+        due = Instant.from_utc_iso(foretold["utc"]).posix()
+        scope.goto(star)
+        while scope.status()["doing"] == "tracking":
+            scope.wait(1.0)
+        early = due - scope.clock.now()
+        scope.wait(60.0)
+        altitude = witness.now()[1]
+        print(f"{kind}: {foretold['name']}, lost for {foretold['lost_s']:.1f} s; stopped {early:.1f} s before it")
+        assert name in foretold["name"]
+        assert foretold["lost_s"] > 20.0
+        assert 0.0 <= early < 15.0  # what the buffer holds, and the way to a stop
+        assert altitude <= {"apo": 85.0, "sdss": 90.0}[kind]
+        assert all(axis.servo.velocity == 0.0 for axis in witness.device.axes)
+        assert scope.status()["trouble"]

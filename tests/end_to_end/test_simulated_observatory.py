@@ -20,6 +20,7 @@ CHECKED = 100
 DRIVEN = CHECKED if FULL else 2  # gotos that are really made; the others are worked out for the same axis angles
 WORM, TOOTH = 5.0, 285  # 10″ peak to peak, that many a turn
 NOISE = 2.0
+MORE = 0.15  # than worm and scatter: three standard deviations, 1/(2√n), of the RMS of 100 stars
 TILT = 3600.0 / math.sqrt(2.0)  # a degree in all
 ARCSEC = math.pi / 648_000.0
 TRUTH = {
@@ -41,8 +42,8 @@ BOTH = {  # travels in which a mount has both postures
 class Blind:
     """Stars that no run has seen, and by how much they are missed."""
 
-    def __init__(self, scope, seed=11):
-        self.scope, self.session = scope, scope._session
+    def __init__(self, scope, driven, seed=11):
+        self.scope, self.session, self.count = scope, scope._session, driven
         configuration = scope.configuration
         latitude = math.radians(configuration.site.latitude_deg)
         self.mount = TrueMount(configuration.simulator, configuration.mount.type, latitude, TOOTH)
@@ -78,7 +79,7 @@ class Blind:
         """Of each star: how far off it a goto sees it, arcseconds, and the axis angles; the real gotos come first."""
         for number, (place, posture) in enumerate(self.places):
             star = star_at(self.scope, *place)
-            yield self.driven(star, posture) if number < DRIVEN else self.worked_out(star, posture)
+            yield self.driven(star, posture) if number < self.count else self.worked_out(star, posture)
 
     def driven(self, star, posture):
         scope, session = self.scope, self.session
@@ -120,10 +121,11 @@ def left(misses):
 
 @pytest.mark.campaign
 @pytest.mark.timeout(600)
+@pytest.mark.parametrize("driven", [DRIVEN], ids=[f"{DRIVEN} of {CHECKED} driven"])
 @pytest.mark.parametrize("kind", list(BOTH))
-def test_blind_gotos_end_as_near_as_the_worm_and_the_air_let_them_after_a_run_of_50_stars(kind, tmp_path):
+def test_blind_gotos_end_as_near_as_the_worm_and_the_air_let_them_after_a_run_of_50_stars(kind, driven, tmp_path):
     with telescope(tmp_path, mount__type=kind, **TRUTH, **BOTH[kind], **QUICK) as scope:
-        blind = Blind(scope)
+        blind = Blind(scope, driven)
         before, _ = left(list(blind.misses()))
         scope.stop()
         report = scope.pointing_run(50)
@@ -131,18 +133,20 @@ def test_blind_gotos_end_as_near_as_the_worm_and_the_air_let_them_after_a_run_of
         misses = list(blind.misses())
     after, injected = left(misses)
     side = {
-        name: left([miss for miss, (_, posture) in zip(misses, blind.places, strict=True) if posture == name])[0]
+        name: left([miss for miss, (_, posture) in zip(misses, blind.places, strict=True) if posture == name])
         for name in ("normal", "beyond")
     }
     print(
-        f"\n{kind:16} before {before:7.1f}″  after {after:5.2f}″ (normal {side['normal']:.2f}″, beyond "
-        f"{side['beyond']:.2f}″)  injected {injected:.2f}″  ratio {after / injected:.3f}  "
-        f"expected by cross-validation {report.cross_validation_arcsec:.2f}″  {DRIVEN} gotos driven  "
+        f"\n{kind:16} before {before:7.1f}″  after {after:5.2f}″ (normal {side['normal'][0]:.2f}″, beyond "
+        f"{side['beyond'][0]:.2f}″)  injected {injected:.2f}″  ratio {after / injected:.3f}  "
+        f"expected by cross-validation {report.cross_validation_arcsec:.2f}″  {driven} gotos driven  "
         f"{' '.join(each.name for each in report.fit.model.terms)}"
     )
     postures = {each.posture for each in report.stored.observations}
     assert len(report.stored.observations) == 50
     assert postures == {"normal", "beyond"}
     assert before > 1500.0
-    assert after <= 1.15 * injected
+    assert after <= (1.0 + MORE) * injected
+    for rms, unavoidable in side.values():  # of half as many stars, whose RMS scatters by √2 more
+        assert rms <= (1.0 + MORE * math.sqrt(2.0)) * unavoidable
     assert report.cross_validation_arcsec == pytest.approx(injected, rel=0.25)

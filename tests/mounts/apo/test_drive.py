@@ -3,14 +3,17 @@
 import contextlib
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
 from clockdrive.clock import VirtualClock
 from mounts.apo.axis import ControlledAxis
+from mounts.apo.by_hand import risk_of
 from mounts.apo.controller import AXIS_WORDS, Controller
 from mounts.apo.drive import ApoDrive
 from mounts.apo.line import Line
+from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
@@ -323,3 +326,46 @@ def test_all_that_the_controllers_tell_can_be_shown():
     assert told["azimuth status"] == "buffer_empty"
     assert told["altitude output limit"] == "100 %"
     assert "axis code" in told["azimuth identity"]
+
+
+def test_a_node_in_the_past_is_told_with_its_axis_and_by_how_much():
+    bench = Bench().connected()
+    axis = bench.drive._axes[1]
+    line = axis.drift()
+    with pytest.raises(DriveRefused, match=r"altitude: .*the time of the node passed 2\.0\d+ s ago.*max_nodes"):
+        axis.send(PathNode(line.time - 2.0, line.position, 0.0))
+    assert axis.queue.last == line
+
+
+def test_a_small_buffer_is_given_the_slew_as_there_is_room():
+    bench = Bench(max_nodes=3)
+    bench.settings = replace(bench.settings, max_nodes=3)
+    bench.drive._settings = bench.settings
+    bench.connected()
+    bench.start(80.0, 70.0)
+    assert any(axis.waiting for axis in bench.drive.axes)
+    bench.run(70.0)
+    assert [bench.true(i) for i in (0, 1)] == pytest.approx([80.0, 70.0], abs=1e-9)
+    assert not bench.dry()
+    assert not [text for axis in bench.device.axes for _, text in axis.record.refused]
+
+
+def test_a_command_by_hand_is_answered_and_one_that_sets_the_position_unsynchronises_it():
+    bench = Bench().connected()
+    assert bench.drive.by_hand("azimuth", "STATUS").reply.lines
+    assert bench.drive.by_hand("altitude", "MS.DUMP").fiducials == ()
+    bench.drive.by_hand("azimuth", "SET.POSITION 11.0")
+    reading = bench.run(1.0)
+    assert "azimuth: its position was changed by hand" in reading.unsynchronised
+    with pytest.raises(DriveRefused, match="no axis 'dome'; there is azimuth, altitude"):
+        bench.drive.by_hand("dome", "STATUS")
+
+
+@pytest.mark.parametrize(
+    ("text", "risky"),
+    [("STATUS", False), ("MS.DUMP", False), ("MAXV", False), ("SET.LIMITS", False), ("STEP 0.1", False),
+     ("MAXV 1.0", True), ("SET.LIMITS 10.0 20.0", True), ("+", True), ("MOVE 3.0", True), ("P", True), ("ZERO", True),
+     ("RESET", True), ("CORRECT", True), ("MOVE", False), ("INIT", False), ("LOG hello", False)],
+)  # fmt: skip
+def test_what_a_person_must_confirm_is_what_moves_or_cannot_be_taken_back(text, risky):
+    assert bool(risk_of(text)) is risky

@@ -1,4 +1,5 @@
 import math
+import os
 from itertools import pairwise
 from time import perf_counter
 
@@ -11,6 +12,7 @@ from mounts.apo.rendezvous import LONGEST_S, meeting, soonest
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.slew_profile import SHORTEST_S
 
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 CASES = 1000
 AZIMUTH = ApoSlewModel(1.75, 0.1, 0.5)
 
@@ -35,10 +37,17 @@ def test_a_uniform_target_is_met_as_soon_as_seven_phases_can():
     assert worst < 1e-6
 
 
+@pytest.mark.campaign
+@pytest.mark.timeout(900)
 def test_a_target_that_speeds_up_and_slows_down_is_met_in_place_and_velocity():
     worst, rounds, late = [0.0, 0.0], [], []
-    for rng, slew in random_slews(5, CASES):
-        where, asked = bent(rng, slew.model), []
+    meetings = 10_000 if FULL else 500
+    for rng, slew in random_slews(5, meetings):
+        path, asked = bent(rng, slew.model), []
+        begin = 1_800_000_000.0 + rng.randrange(1_000_000) * 2.0**-20
+
+        def where(elapsed, path=path, begin=begin):
+            return path((begin + elapsed) - begin)  # with the digits that a POSIX time has
 
         def counted(elapsed, where=where, asked=asked):
             asked.append(elapsed)
@@ -52,12 +61,12 @@ def test_a_target_that_speeds_up_and_slows_down_is_met_in_place_and_velocity():
         assert met.shortest >= SHORTEST_S
         x, rate = where(met.duration)  # no line that touches the path there is met sooner
         late.append(met.duration - seen_from(slew, x - rate * met.duration, rate))
-    print(f"{CASES} met curved paths to {worst[0]:.1e}° and {worst[1]:.1e}°/s in {sum(rounds) / CASES:.1f} rounds,")
-    print(f"at most {max(rounds)}; for phases that can be sent {max(late):.3f} s later than the soonest at most")
+    print(f"{meetings} met curved paths to {worst[0]:.1e}° and {worst[1]:.1e}°/s in {max(rounds)} rounds at most,")
+    print(f"{sum(rounds) / meetings:.1f} on average, and up to {max(late):.3f} s late by what stretching costs")
     assert worst[0] < 1e-12
     assert worst[1] < 2e-7  # where the arrival is between two times of the grid
     assert min(late) > -2e-6
-    assert max(late) < 0.2
+    assert sum(seconds > 0.1 for seconds in late) <= 1e-3 * meetings
 
 
 def test_an_axis_ahead_of_a_target_waits_for_it_in_motion():

@@ -127,6 +127,7 @@ def test_the_lowest_and_highest_position_of_a_way_that_must_turn_round_are_told(
     acceleration, jerk = 0.1 * MARGIN, 0.5 * MARGIN
     stopping = change_s(1.7, acceleration, jerk) * 1.7 / 2.0  # to rest; turning round needs no last ramp
     assert way.extremes[1] == pytest.approx(stopping - acceleration**3 / (24.0 * jerk**2), abs=1e-9)
+    assert len(way.sent) == len(way.phases)
 
 
 def test_nodes_lie_where_a_posix_time_has_digits():
