@@ -216,6 +216,41 @@ class Observing:
             )
         return self._observation(name, counts, sighting)
 
+    def tried(self, witness: SkyWitness) -> Steps[dict[str, Any]]:
+        """Let a witness look where the telescope rests; nothing moves and nothing is kept.
+
+        Returns
+        -------
+        dict
+            Where it was seen, how well, and how far that is from where the telescope believes to point.
+
+        Raises
+        ------
+        Refused
+            The telescope moves or tracks, or does not know where it points.
+        WitnessError
+            The witness sees nothing.
+        """
+        session = self._session
+        session.require_free(parked=True)
+        if session.pursuit is not None:
+            raise Refused("the telescope tracks, and a witness is tried where it rests: `stop` first")
+        believed = session.planner.observed(session.synchronised().counts)
+        seen: list[Sighting] = []
+
+        def noted() -> Steps[None]:
+            seen.append((yield from _looked(witness)))
+
+        yield from self._meanwhile(noted())
+        azimuth, altitude = azimuth_altitude(seen[0].observed)
+        return {
+            "ok": True,
+            "azimuth_deg": math.degrees(azimuth) % 360.0,
+            "altitude_deg": math.degrees(altitude),
+            "sigma_arcsec": seen[0].sigma_arcsec,
+            "off_arcsec": math.degrees(separation(believed, seen[0].observed)) * 3600.0,
+        }
+
     def _counts(self, time: float) -> tuple[float, float]:
         """Where the axes were at the moment of an exposure.
 

@@ -601,6 +601,21 @@ class Telescope:
         self._perform(taking.observing.run(name, seer, wanted.settle_s, watch))
         return name
 
+    def try_witness(
+        self, witness: "str | SkyWitness" = "simulator", *, ask: Callable[[str], object] = print
+    ) -> dict[str, object]:
+        """Let a witness look once where the telescope rests, and say how far off it is seen; nothing moves.
+
+        Raises
+        ------
+        Refused, WitnessError
+            The telescope does not rest; the witness sees nothing.
+        """
+        from clockdrive.observing import Observing  # noqa: PLC0415 - as in `runs`
+
+        seer = self._sky_witness(witness, ask)
+        return self._perform(Observing(self._session, self._slewing, self.runs.store).tried(seer))
+
     def polar_alignment(
         self,
         witness: "str | SkyWitness" = "simulator",

@@ -53,6 +53,7 @@ def add_pointing_run(add: Adder) -> None:
     command.add_argument("--name", metavar="NAME", help="of the run to take, resume or append to")
     command.add_argument("--stars", type=int, default=50, metavar="N", help="how many (default 50)")
     command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
+    command.add_argument("--try", action="store_true", dest="only_try", help="the witness looks once; nothing moves")
     command.add_argument("--bright", action="store_true", help="go to bright stars, not to places of the sky")
     command.add_argument("--settle", type=float, default=1.0, metavar="S", help="seconds before a look (default 1)")
     command.add_argument("--count", type=int, default=1, metavar="N", help="how many of the worst to mask")
@@ -64,7 +65,9 @@ def add_pointing_run(add: Adder) -> None:
 
 def pointing_run(args: argparse.Namespace) -> None:
     """Take a run, or do something with a kept one."""
-    if args.action in _TAKING:
+    if args.only_try:
+        _try(args)
+    elif args.action in _TAKING:
         _take(args)
     elif args.action == "fit" and args.apply:
         _fit_and_apply(args)
@@ -109,6 +112,21 @@ def _take(args: argparse.Namespace) -> None:
                 display.as_json({"ok": False, "reason": "interrupted", "run": taken[-1] if taken else None})
             raise
         _fitted(args, telescope, answer["run"]["name"], wanted)
+
+
+def _try(args: argparse.Namespace) -> None:
+    """Let the witness look once where the telescope rests."""
+    with backend(args.config, "pointing-run", keep_tracking=True) as telescope:
+        refuse_typed_elsewhere(args.witness, telescope)
+        seen = telescope.call("try_witness", _events(telescope, [], quiet=True), witness=args.witness)
+    _print(
+        args,
+        seen,
+        lambda found: (
+            f"seen at azimuth {found['azimuth_deg']:.3f}° altitude {found['altitude_deg']:.3f}°, "
+            f"{found['off_arcsec']:.1f}″ from where the telescope believes to point; nothing has moved"
+        ),
+    )
 
 
 def _fit_and_apply(args: argparse.Namespace) -> None:

@@ -454,3 +454,19 @@ def test_a_run_that_is_being_taken_is_not_deleted(scope):
     assert report.fit.n == N
     scope.runs.forget("kept")
     assert scope.runs.names == ()
+
+
+def test_a_witness_is_tried_where_the_telescope_rests_and_nothing_moves_or_is_kept(scope):
+    before = scope._session.synchronised().counts
+    found = scope.try_witness()
+    believed, true = (scope._session.planner.observed(before), scope.true_sky.observed())
+    off = math.degrees(math.dist(believed, true)) * 3600.0
+    print(f"\ntried: {found['off_arcsec']:.1f}″ off, true {off:.1f}″")
+    assert found["off_arcsec"] == pytest.approx(off, abs=0.1)
+    assert scope._session.synchronised().counts == before
+    assert scope.runs.names == ()
+    with pytest.raises(WitnessError, match="failed with exit code 1"):
+        scope.try_witness("command:false")
+    scope.goto("altaz:60,50")
+    with pytest.raises(Refused, match="where it rests: `stop` first"):
+        scope.try_witness()

@@ -181,3 +181,10 @@ def test_the_minutes_that_are_left_are_told_after_the_first_place(run):
     assert left == sorted(left, reverse=True)
     assert left[0] >= 1.0
     assert left[-1] == 0.0
+
+
+def test_a_witness_is_tried_before_a_run(run):
+    code, out, _ = run("--try")
+    assert (code, out.startswith("seen at azimuth "), "nothing has moved" in out) == (0, True, True)
+    assert told(run("--try", "--json")[1])["off_arcsec"] > 100.0
+    assert run("list")[1].strip() == "no pointing runs yet"
