@@ -57,4 +57,6 @@ def _told(progress: "RunProgress") -> dict[str, object]:
         "detail": progress.detail,
         "observed": progress.observed,
         "skipped": progress.skipped,
+        "run": progress.run,
+        "minutes_left": progress.minutes_left,
     }

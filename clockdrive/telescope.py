@@ -32,6 +32,7 @@ from clockdrive.control import Steps, control_for
 from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
 from clockdrive.drives import kind_of
+from clockdrive.embedded import Embedded
 from clockdrive.errors import ArgumentError, finite
 from clockdrive.guiding import Guiding
 from clockdrive.mount_registers import NAMES, MountRegisters
@@ -125,12 +126,9 @@ class Telescope:
         self.clock = clock or SystemClock()
         self.configuration = configuration
         self._closed = False
-        self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._kept_at = -math.inf
-        self._device: Simulated | None = None
-        self._true_sky: SimulatedSky | None = None
+        self._replies: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._embedded: Embedded | None = None
         self._runs: PointingRuns | None = None
-        self._line = line
         identity = configuration.identity
         self.ownership = Ownership(
             configuration.state_directory,
@@ -141,7 +139,7 @@ class Telescope:
         )
         try:
             self._store = StateStore(configuration.state_directory, identity)
-            self._session = self._opened()
+            self._session = self._opened(line)
         except BaseException:
             self.ownership.release()
             raise
@@ -408,16 +406,12 @@ class Telescope:
     @property
     def simulator(self) -> "Simulated | None":
         """The embedded simulator, to be asked what it really does."""
-        return self._device
+        return None if self._embedded is None else self._embedded.device
 
     @property
     def true_sky(self) -> "SimulatedSky | None":
         """The sky over the embedded simulator, which knows where it really points and has its knobs."""
-        if self._true_sky is None and self._device is not None:
-            from clockdrive.true_sky import SimulatedSky  # noqa: PLC0415 - only where a simulator is asked
-
-            self._true_sky = SimulatedSky.of(self._device, self.configuration, self.clock, self._control.call)
-        return self._true_sky
+        return None if self._embedded is None else self._embedded.sky(self._control.call)
 
     def true_place(self) -> "SkyCoord | None":
         """Where the tube of the embedded simulator really points now, in `AltAz`; None without one."""
@@ -709,23 +703,26 @@ class Telescope:
         seer = self._witness(witness, ask)
         return self._perform(Commissioning(self._session, self.configuration, seer, written).run(only, watch))
 
-    def reply(self, text: str) -> None:
-        """Answer what `commission` has asked."""
+    def reply(self, text: str | None) -> None:
+        """Answer what the witness `typed` has asked; None where nobody types any more, which ends what asked."""
         self._replies.put(text)
 
     def _sky_witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness":
         """A witness that sees the sky."""
-        seer = self._witness(witness, ask)
+        seer = self._witness(witness, ask, encoders=False)
         if seer is None:
             raise ArgumentError("encoders see no sky: take the witness simulator, command:PROGRAM or typed")
         return seer
 
-    def _witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness | None":
+    def _witness(
+        self, witness: "str | SkyWitness", ask: Callable[[str], object], *, encoders: bool = True
+    ) -> "SkyWitness | None":
         if not isinstance(witness, str):
             return witness
         from clockdrive.witness import witness_of  # noqa: PLC0415 - seldom needed
 
-        return witness_of(witness, self._session.planner, self.clock, self.true_sky, self._replies, ask)
+        planner, sky = self._session.planner, self.true_sky
+        return witness_of(witness, planner, self.clock, sky, self._replies, ask, encoders=encoders)
 
     # Leaving ---------------------------------------------------------------------------------------------------
 
@@ -743,14 +740,16 @@ class Telescope:
             self._store.close()
             self.ownership.release()
 
-    def _opened(self) -> Session:
+    def _opened(self, line: "Callable[[Device], Device] | None") -> Session:
         configuration, now = self.configuration, self.clock.now()
         try:
             memory = self._store.learnt("drive")
             if configuration.simulated:
-                memory = self._embed(now, memory)
+                self._embedded = Embedded(configuration, self._store, self.clock, line)
+                memory = self._kind.memory_at_park(configuration, now) if self._embedded.new else memory
+            lines = self._embedded.lines if self._embedded else ()
             drive, self.configuration = self._kind.drive(
-                configuration, self.clock, self._lines(), memory, lambda kept: self._store.learn("drive", kept, now)
+                configuration, self.clock, lines, memory, lambda kept: self._store.learn("drive", kept, now)
             )
             self._instruments = assembly.instruments(self.configuration)
             planner = self._instruments.planner
@@ -758,7 +757,7 @@ class Telescope:
             if chosen is not None and chosen in self._instruments.sections:  # else it is no longer configured
                 self._instruments.take(chosen)
             around = assembly.surroundings(self.configuration, planner, self.clock)
-            session = Session(planner, drive, self._store, self.clock, self._keep_simulator, around)
+            session = Session(planner, drive, self._store, self.clock, self._read, around)
             self._model = model_in_force.ModelInForce(session, configuration.state_directory)
             self._model.take_up()
             self._registers = MountRegisters(session, self.configuration, self._reconfigured)
@@ -767,6 +766,11 @@ class Telescope:
             self._store.close()
             raise
         return session
+
+    def _read(self) -> None:
+        """Each reading of the drive moves its simulator on, which is remembered."""
+        if self._embedded is not None:
+            self._embedded.keep(at_once=self._closed)
 
     def _reconfigured(self, configuration: Configuration) -> None:
         self.configuration = configuration
@@ -797,25 +801,6 @@ class Telescope:
         """Plan on the caller's thread: a refusal may search the whole day, and the control thread has a telescope."""
         wanted, start, timing = self._control.call(lambda: self._session.whence(target, time))
         return plan_or_pass(self._session.planner, wanted, start, timing, hold)
-
-    def _embed(self, now: float, memory: dict[str, object]) -> dict[str, object]:
-        """Make the simulator; a new one starts synchronised at park."""
-        kept = self._store.simulator()
-        if kept is not None and kept[1] > now:  # the clock was set back since: its own time goes on from now
-            kept[0]["t0"] = float(str(kept[0]["t0"])) - (kept[1] - now)
-        self._device = self._kind.simulated(self.configuration, now, None if kept is None else kept[0])
-        return self._kind.memory_at_park(self.configuration, now) if kept is None else memory
-
-    def _lines(self) -> "tuple[Device, ...]":
-        """The lines of the embedded simulator, if there is one, as the driver reaches them."""
-        lines = () if self._device is None else self._device.lines
-        return lines if self._line is None else tuple(self._line(each) for each in lines)
-
-    def _keep_simulator(self) -> None:
-        now = self.clock.now()
-        if self._device is not None and (self._closed or now - self._kept_at >= 1.0):
-            self._store.record_simulator(self._device.snapshot(), now)
-            self._kept_at = now
 
     def _perform(self, steps: Steps[T]) -> T:
         """Run a command that moves the telescope; an interruption of the waiting stops it first."""

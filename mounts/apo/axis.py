@@ -28,6 +28,7 @@ _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passe
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
 _JOLTS = 20.0  # likewise, between two answers on each other's heels: a servo changes its velocity in steps
 _FORGETS = 0.8  # from node to node, of how slow one was
+_LATE_S = 0.01
 _STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
@@ -147,7 +148,8 @@ class ControlledAxis:
                     raise
                 continue
             hardest = self.settings.acceleration_deg_s2 * (_JOLTS if attempt else _BRAKES)
-            if before is not None and continues(before, timed.value, hardest):
+            in_time = attempt == _ASKED_AGAIN - 1 or self._is_in_time(timed)  # an earlier answer echoes the same
+            if before is not None and in_time and continues(before, timed.value, hardest):
                 if attempt and self._raw is not None:
                     self._judge_jump(self._raw, timed)
                 self._raw, self._raw_at = timed.value, timed.received
@@ -165,6 +167,14 @@ class ControlledAxis:
         told = tai.posix(timed.value.time_tai_s, timed.received)
         self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
         return told - self.offset.value
+
+    def _is_in_time(self, timed: Timed[_D]) -> bool:
+        """Whether an answer tells a time at which it can have been given, as far as the clock is known."""
+        if not self.offset.known or not timed.value.clock_is_set:
+            return True
+        told = tai.posix(timed.value.time_tai_s, timed.received) - self.offset.value
+        unsure = self.offset.uncertainty_s + _LATE_S
+        return timed.sent - unsure <= told <= timed.received + unsure
 
     def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
         """Note how far the position is from where the axis can have come since the last one, by the host's time."""
