@@ -1,7 +1,8 @@
 """One axis behind its controller: what it was told, what it answers, and how far its clock is off.
 
 Outside, times are POSIX seconds; on the wire they are the controller's own, TAI seconds of the day and its clock's
-offset. A node whose answer was lost is not sent again: see `line`.
+offset, and velocities are degrees per second of its clock: one that gains g counts 1 + g of them in a second. A node
+whose answer was lost is not sent again: see `line`.
 """
 
 import math
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from mounts.apo import tai
-from mounts.apo.clock_offset import ClockOffset
+from mounts.apo.clock_offset import ClockLine, ClockOffset
 from mounts.apo.commands import Kind, command
 from mounts.apo.controller import Controller, Timed
 from mounts.apo.errors import CommandRefused, MalformedReply
@@ -83,6 +84,7 @@ class ControlledAxis:
         self._raw_at = 0.0  # POSIX seconds of it
         self._raw: Drift | None = None  # the last answer that told position and time
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
+        self._slew_clock = ClockLine()  # by which they are timed
         self._exchange_s = 0.0  # that a node took lately
 
     @property
@@ -107,9 +109,9 @@ class ControlledAxis:
         """
         timed = self.asked(lambda: self._plausible(self._status))
         status, posix = timed.value, self._seen(timed)
-        rate = abs(status.velocity_deg_s)
-        unsure = _PRINTED_DEG + rate * (_PRINTED_S + self.offset.uncertainty_s)
-        self.sight = Sight(posix, status.position_deg, status.velocity_deg_s, unsure, status.word)
+        rate = status.velocity_deg_s * (1.0 + self.offset.line.gain)
+        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s)
+        self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
 
@@ -124,7 +126,9 @@ class ControlledAxis:
     def drift(self) -> PathNode:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
         timed = self.asked(lambda: self._plausible(self.controller.drift))
-        line = PathNode(self._seen(timed), timed.value.position_deg, timed.value.velocity_deg_s)
+        posix = self._seen(timed)
+        rate = timed.value.velocity_deg_s * (1.0 + self.offset.line.gain)
+        line = PathNode(posix, timed.value.position_deg, rate)
         self._waiting.clear()
         self.queue.begin(line)
         return line
@@ -212,8 +216,15 @@ class ControlledAxis:
 
     # Commanding ------------------------------------------------------------------------------------------------
 
-    def send(self, node: PathNode) -> None:
+    def send(self, node: PathNode, clock: ClockLine | None = None) -> None:
         """Give the next node of the path.
+
+        Parameters
+        ----------
+        node : PathNode
+            By the host's clock.
+        clock : ClockLine, optional
+            How the controller's clock is off; as far as it is known now where none is given.
 
         Raises
         ------
@@ -222,9 +233,12 @@ class ControlledAxis:
         TransportError
             Its answer was lost; it may have been taken, and is not sent again.
         """
-        when = tai.seconds_of_day(node.time + self.offset.at(node.time))
+        clock = self.offset.line if clock is None else clock
+        # Added to the second of the day: a POSIX time has digits of 0.24 µs only, which a short phase's jerk shows.
+        when = (tai.seconds_of_day(node.time) + clock.at(node.time)) % tai.DAY_S
+        velocity = node.velocity / (1.0 + clock.gain)
         try:
-            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, node.velocity, when))
+            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, velocity, when))
         except DriveRefused as error:
             raise DriveRefused(f"{error}, and drive.max_nodes") from error
         self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
@@ -239,12 +253,13 @@ class ControlledAxis:
             As for `send`.
         """
         self._waiting = deque(nodes)
+        self._slew_clock = self.offset.line  # the same for all: between two nodes 20 ms apart nothing may be learnt
         self.feed(-math.inf, most)
 
     def feed(self, time: float, most: int) -> None:
         """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
         while self._waiting and self.queue.pending(time) < most:
-            self.send(self._waiting[0])
+            self.send(self._waiting[0], self._slew_clock)
             self._waiting.popleft()
 
     @property

@@ -19,6 +19,19 @@ _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drift
 
 
 @dataclass(frozen=True)
+class ClockLine:
+    """What is known of a clock: its offset at a POSIX time, seconds, and its gain, seconds a second."""
+
+    time: float = 0.0
+    offset: float = 0.0
+    gain: float = 0.0
+
+    def at(self, time: float) -> float:
+        """The offset at a POSIX time, as the clock gains or loses."""
+        return self.offset + self.gain * (time - self.time)
+
+
+@dataclass(frozen=True)
 class _Sight:
     """Bounds of the offset, seconds, at a POSIX time."""
 
@@ -78,9 +91,14 @@ class ClockOffset:
         """Whether the controller has told its time."""
         return bool(self._sights)
 
+    @property
+    def line(self) -> ClockLine:
+        """By which the offset goes on from the last answer; a clock that is right while nothing is known."""
+        return ClockLine(self._sights[-1].time, self.value, self._gain) if self._sights else ClockLine()
+
     def at(self, time: float) -> float:
         """The offset at a POSIX time, as the clock gains or loses."""
-        return self.value + self._gain * (time - self._sights[-1].time) if self._sights else 0.0
+        return self.line.at(time)
 
     def _estimate(self) -> None:
         shortest = min(sight.high - sight.low for sight in self._sights)

@@ -190,7 +190,6 @@ def test_the_weights_of_a_file_are_those_of_the_fit():
     assert kept.weight == pytest.approx(weight)
 
 
-<<<<<<< HEAD
 def test_the_polar_axis_is_as_far_off_as_its_end_is_on_the_sky():
     """2546″ sideways and 2546″ in elevation are 1.000° on the sky, though 0.958° about the vertical."""
     report = report_of(kept(terms={**TRUTH["german"], "MA": -2546.0, "ME": 2546.0}))
@@ -199,8 +198,6 @@ def test_the_polar_axis_is_as_far_off_as_its_end_is_on_the_sky():
     assert said.startswith("the polar axis is 1.00")
 
 
-=======
->>>>>>> mend6b
 def test_a_scatter_beyond_that_of_the_witness_says_what_sigmas_mean():
     runs = [kept(noise=noise) for noise in (2.0, 20.0)]
     runs = [replace(each, observations=tuple(replace(seen, sigma_arcsec=2.0) for seen in each.observations))

@@ -141,6 +141,26 @@ def test_a_slew_to_rest_lands_on_its_target_and_stands_without_running_dry(kind)
     assert all(not axis.servo.path.interpolated for axis in bench.device.axes)
 
 
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_limits_hold_as_sent_to_a_clock_that_gains_and_is_off(kind):
+    bench = Bench(kind, clock_offset_s=0.0123, clock_drift_ppm=300.0).connected()
+    bench.run(60.0, step=1.0)
+    over = [0.0] * 3
+    for step in (3.0, 1e-2, 1e-4, 1e-6):
+        for axis in bench.device.axes:
+            axis.record.clear()
+        bench.start(bench.true(0) + step, bench.true(1) + step)
+        bench.run(30.0, step=1.0)
+        for axis in bench.device.axes:
+            record, limits = axis.record, axis.hardware
+            found = (record.velocity, record.acceleration, record.jerk)
+            most = (0.999 * each for each in (limits.velocity, limits.acceleration, limits.jerk))
+            over = [max(o, f / m - 1.0) for o, f, m in zip(over, found, most, strict=True)]
+            assert record.nodes > 3
+    print(f"{kind}: at most {over} of velocity, acceleration and jerk over 0.999 of the limits")
+    assert max(over) < 1e-4
+
+
 def test_a_path_is_met_from_rest_and_followed_to_a_milliarcsecond():
     bench = Bench().connected()
     path = Circle((14.0, 50.0))
