@@ -91,13 +91,13 @@ class ApoDrive:
 
     @property
     def capabilities(self) -> Capabilities:
-        """It has a position and a stop, takes nodes, and drifts on alone."""
+        """It has a position and a stop, and takes nodes. Alone it drifts in straight lines, off any star in a minute."""
         return Capabilities(
             has_position=True,
             can_stop=True,
             rate_control=True,
             path_nodes=True,
-            holds_rate_alone=True,
+            holds_rate_alone=False,
             units="degrees",
         )
 
@@ -500,14 +500,10 @@ class ApoDrive:
             self._remember(self.memory)
         return given
 
-    def close(self, time: float, *, keep_tracking: bool) -> None:
-        """Leave the axes drifting at their present velocities, or halt them; close the lines."""
+    def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - see `capabilities`
+        """Halt all axes, as none holds its rate alone; close the lines."""
         try:
-            if keep_tracking and self._follower.active:
-                for axis in self._axes:
-                    axis.drift()
-            else:
-                self._halt_all(time)
+            self._halt_all(time)
         finally:
             for axis in self._axes:
                 axis.controller.close()

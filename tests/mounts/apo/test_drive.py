@@ -289,16 +289,16 @@ def test_power_is_refused():
         Bench().drive.power(on=True)
 
 
-def test_left_tracking_the_axes_drift_on_and_otherwise_they_stand():
-    for keep in (True, False):
-        bench = Bench().connected()
-        path = Circle((14.0, 50.0), period=20_000.0)
-        bench.follow(path, 40.0)
-        rates = [rate for _, rate in path.at(bench.clock.now())]
-        bench.drive.close(bench.clock.now(), keep_tracking=keep)
-        bench.clock.sleep(30.0)
-        assert bench.speeds() == pytest.approx(rates if keep else [0.0, 0.0], abs=1e-5)
-        assert not bench.dry()
+@pytest.mark.parametrize("lost", [None, 0, 1])
+def test_once_left_every_axis_stands_though_another_cannot_be_told(lost):
+    bench = Bench().connected()
+    bench.follow(Circle((14.0, 50.0), period=20_000.0), 40.0)
+    bench.loses = lambda i, _: "command" if i == lost else ""
+    with contextlib.nullcontext() if lost is None else pytest.raises(TransportError, match=NAMES[lost]):
+        bench.drive.close(bench.clock.now(), keep_tracking=True)
+    bench.clock.sleep(30.0)
+    assert bench.speeds() == [0.0, 0.0]
+    assert not [time for i, axis in enumerate(bench.device.axes) if i != lost for time in axis.record.dry]
 
 
 def test_a_controller_restarted_at_rest_keeps_its_position_and_one_that_moved_does_not():
