@@ -89,7 +89,8 @@ class Adjusting:
         session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″{also}")
         session.taken(session.drive.read(session.clock.now()))
         if session.pursuit is not None and session.wanted is not None:
-            session.pursuit = Pursuit(planner, session.wanted, side, (angle1, angle2), session.drive.leading)
+            leading, rotator = session.drive.leading, session.pursuit.turning(session.wanted, side)
+            session.pursuit = Pursuit(planner, session.wanted, side, (angle1, angle2), leading, rotator=rotator)
         return moved
 
     def _last_trusted(self) -> tuple[float, float] | None:

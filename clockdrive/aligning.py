@@ -17,7 +17,7 @@ from clockdrive.failures import FAILURES
 from clockdrive.observing import Observing
 from clockdrive.run_store import Observation
 from clockdrive.session import Session
-from clockdrive.witness import SkyWitness, WitnessError
+from clockdrive.witness import SkyWitness, WitnessError, WitnessLeft
 from pointing.axis_advice import (
     COLLIMATION_ARCSEC,
     AxisAdvice,
@@ -28,6 +28,7 @@ from pointing.axis_advice import (
 )
 from pointing.axis_estimate import FEWEST, AxisEstimate, Look
 from pointing.axis_places import CANDIDATES, telling_places
+from pointing.errors import PointingError
 from pointing.model.place import MountKind
 from pointing.model.polar_alignment import PolarAlignment, angle_text
 from pointing.model.words import POLES, Pole
@@ -213,6 +214,8 @@ class Aligning:
                 try:
                     seen = yield from self._visit(place)
                     estimate = estimate.looked(self._look_of(seen))
+                except WitnessLeft:
+                    raise
                 except FAILURES as error:
                     why = str(error)
                     report(f"skipped: {why}")
@@ -287,7 +290,13 @@ class Aligning:
     def _telling(self, estimate: AxisEstimate, n: int) -> Sequence[RunPlace]:
         """The places that tell most, of those where the telescope was not yet."""
         session = self._session
-        places = spread_places(session.planner, CANDIDATES, session.clock.now(), _LASTS_S)
+        try:
+            places = spread_places(session.planner, CANDIDATES, session.clock.now(), _LASTS_S)
+        except PointingError as error:
+            raise Refused(
+                f"the telescope reaches too little of the sky for {FEWEST} stars that tell axis 1: see `[limits]`, "
+                "`[axis1]` and `[axis2]`, or align while the Sun is elsewhere"
+            ) from error
         side = {self._place.posture} if self._place is not None else {each.posture for each in places}
         left = [each for each in places if each.posture in side and each not in self._visited]
         sigma = math.hypot(self._settings.scatter_arcsec, _WITNESS_ARCSEC)
@@ -305,6 +314,8 @@ class Aligning:
             (place,) = self._telling(estimate, 1)
             try:
                 return (yield from self._visit(place))
+            except WitnessLeft:
+                raise
             except FAILURES as error:
                 report(f"skipped: {error}")
                 left -= 1

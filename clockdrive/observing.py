@@ -21,7 +21,7 @@ from clockdrive.run_store import Observation, PlacedStar, RunStore
 from clockdrive.run_under_way import RunUnderWay
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Slewing
-from clockdrive.witness import Sighting, SkyWitness, WitnessError
+from clockdrive.witness import Sighting, SkyWitness, WitnessError, WitnessLeft
 from mounts.errors import DriveError
 from pointing.catalogue import bright_stars
 from pointing.errors import PointingError
@@ -56,6 +56,10 @@ class RunProgress:
         How far off it was seen, or why it was skipped.
     observed, skipped : int
         How many places so far.
+    run : str
+        Of which run.
+    minutes_left : float or None
+        For the places that are still to be visited, by those so far; None before the first one.
     """
 
     number: int
@@ -65,6 +69,8 @@ class RunProgress:
     detail: str
     observed: int
     skipped: int
+    run: str = ""
+    minutes_left: float | None = None
 
 
 Watch = Callable[[RunProgress], object]
@@ -108,19 +114,22 @@ class Observing:
         session.require_free()
         session.synchronised()
         try:
-            yield from self._visit_all(RunUnderWay(self._store, name), witness, settle_s, watch)
+            with self._store.taking(name):
+                yield from self._visit_all(RunUnderWay(self._store, name), witness, settle_s, watch)
         except _WatchFailed as ended:
             raise ended.why from None
         finally:
             self._rest()
 
     def _visit_all(self, run: RunUnderWay, witness: SkyWitness, settle_s: float, watch: Watch) -> Steps[None]:
-        stuck = 0
+        stuck, began = 0, self._session.clock.now()
         while (placed := run.next()) is not None:
-            tell = partial(_tell, run, placed, watch)
+            tell = partial(self._tell, run, placed, began, watch)
             try:
                 tell("slewing", "")
                 seen = yield from self.visit(placed.place, witness, settle_s, partial(tell, "looking", ""))
+            except WitnessLeft as error:
+                raise Refused(f"{error}: what was seen is kept, `pointing-run resume {run.name}` goes on") from error
             except FAILURES as error:
                 self._session.forget_target()
                 stuck = 0 if isinstance(error, WitnessError | PointingError) else stuck + 1
@@ -206,6 +215,41 @@ class Observing:
                 f"{IMPLAUSIBLE_DEG:g}° are believed: check the witness, the clock and the site, or `sync`"
             )
         return self._observation(name, counts, sighting)
+
+    def tried(self, witness: SkyWitness) -> Steps[dict[str, Any]]:
+        """Let a witness look where the telescope rests; nothing moves and nothing is kept.
+
+        Returns
+        -------
+        dict
+            Where it was seen, how well, and how far that is from where the telescope believes to point.
+
+        Raises
+        ------
+        Refused
+            The telescope moves or tracks, or does not know where it points.
+        WitnessError
+            The witness sees nothing.
+        """
+        session = self._session
+        session.require_free(parked=True)
+        if session.pursuit is not None:
+            raise Refused("the telescope tracks, and a witness is tried where it rests: `stop` first")
+        believed = session.planner.observed(session.synchronised().counts)
+        seen: list[Sighting] = []
+
+        def noted() -> Steps[None]:
+            seen.append((yield from _looked(witness)))
+
+        yield from self._meanwhile(noted())
+        azimuth, altitude = azimuth_altitude(seen[0].observed)
+        return {
+            "ok": True,
+            "azimuth_deg": math.degrees(azimuth) % 360.0,
+            "altitude_deg": math.degrees(altitude),
+            "sigma_arcsec": seen[0].sigma_arcsec,
+            "off_arcsec": math.degrees(separation(believed, seen[0].observed)) * 3600.0,
+        }
 
     def _counts(self, time: float) -> tuple[float, float]:
         """Where the axes were at the moment of an exposure.
@@ -300,13 +344,16 @@ class Observing:
         off = math.degrees(separation(planner.mount.observed(axis1, axis2), there)) * 3600.0
         return f"{off:.1f}″ from where it was sent"
 
-
-def _tell(run: RunUnderWay, placed: PlacedStar, watch: Watch, state: str, detail: str) -> None:
-    seen, skipped = run.count("observed"), run.count("skipped")
-    try:
-        watch(RunProgress(placed.number, run.of, placed.place, state, detail, seen, skipped))
-    except Exception as error:
-        raise _WatchFailed(error) from error
+    def _tell(
+        self, run: RunUnderWay, placed: PlacedStar, began: float, watch: Watch, state: str, detail: str
+    ) -> None:
+        seen, skipped, visited = run.count("observed"), run.count("skipped"), run.seen + run.blind
+        each_min = (self._session.clock.now() - began) / 60.0 / visited if visited else None
+        left = None if each_min is None else each_min * run.count("planned")
+        try:
+            watch(RunProgress(placed.number, run.of, placed.place, state, detail, seen, skipped, run.name, left))
+        except Exception as error:
+            raise _WatchFailed(error) from error
 
 
 def _require_going(run: RunUnderWay, stuck: int, why: str) -> None:

@@ -5,11 +5,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
+import numpy as np
+
 from clockdrive.configuration import Configuration
 from clockdrive.errors import InputError
 from clockdrive.fitting import Wanted
 from clockdrive.mount_registers import configured
-from clockdrive.run_report import RunReport, pointing_run, report_of, stored_of, worst
+from clockdrive.run_report import FEWEST, RunReport, pointing_run, report_of, stored_of, worst
 from clockdrive.run_store import RunStore, StoredRun
 from clockdrive.state import StateStore, Zero
 from pointing.model.run import PointingRun
@@ -45,7 +47,7 @@ class PointingRuns:
         self._zero = zero
 
     @classmethod
-    def of(cls, configuration: Configuration) -> Self:
+    def open(cls, configuration: Configuration) -> Self:
         """Open the runs of the telescope of a configuration; no drive is contacted.
 
         Raises
@@ -121,10 +123,29 @@ class PointingRuns:
         self.store.mask(name, indices, "")
 
     def mask_worst(self, name: str, count: int = 1) -> tuple[int, ...]:
-        """Mask the observations that lie farthest from the fit; return their indices."""
-        found = worst(self.report(name), count)
+        """Mask the observations that lie farthest from the fit; return their indices.
+
+        Raises
+        ------
+        InputError
+            None would be masked, or fewer would be left than a fit needs.
+        """
+        report = self.report(name)
+        most = int(np.count_nonzero(report.run.kept)) - FEWEST
+        if not 1 <= count <= most:
+            bound = f"1 to {most} can be masked" if most > 0 else "no more can be masked"
+            raise InputError(f"the worst {count} of {name}: {bound}, as a fit needs {FEWEST} stars")
+        found = worst(report, count)
         self.store.mask(name, found, "the worst of its fit")
         return found
+
+    def rename(self, name: str, to: str) -> None:
+        """Give a run another name; Refused while it is being taken."""
+        self.store.rename(name, to)
+
+    def forget(self, name: str) -> None:
+        """Delete a run with its observations; Refused while it is being taken."""
+        self.store.forget(name)
 
     def take_in(
         self,

@@ -162,8 +162,12 @@ class Pursuit:
     def moved_to(self, target: Target, time: float) -> "Pursuit":
         """Follow another target from here, in the same posture; axes under way to it go on from where they are."""
         onwards = self._onwards(target, time)
-        near, turned = _places(self.angles(time)), None if self._rotator is None else self._rotator.moved_to(target)
+        near, turned = _places(self.angles(time)), self.turning(target, self.posture)
         return Pursuit(self._planner, target, self.posture, near, self._leading, onwards, turned)
+
+    def turning(self, target: Target, posture: Posture) -> RotatorPath | None:
+        """The way of the rotator along a target, from where it is, to hold the same; None without a rotator."""
+        return None if self._rotator is None else self._rotator.moved_to(target, posture)
 
     def _onwards(self, target: Target, time: float) -> Trajectory:
         """The way from here along a target, led as now; axes on a bridge go on from where they are."""

@@ -17,7 +17,7 @@ def run_calls(telescope: "Telescope") -> dict[str, Call]:
     """`pointing_run`, with the arguments of `Telescope.pointing_run`, of which `name` is `run` here, and two more.
 
     `fit` false leaves the fit to the caller, who asks `run_frame` for what it must be fitted. `reply` answers what a
-    run asks. `use_model` takes the path of a model file, or None.
+    run asks. `try_witness` looks once where the telescope rests. `use_model` takes the path of a model file, or None.
     """
 
     def pointing_run(args: dict[str, Any], emit: Emit) -> object:
@@ -38,11 +38,14 @@ def run_calls(telescope: "Telescope") -> dict[str, Call]:
     def run_frame(_args: dict[str, Any], _: Emit) -> object:
         return {"ok": True, **telescope.runs.frame}
 
+    def try_witness(args: dict[str, Any], emit: Emit) -> object:
+        return telescope.try_witness(args.get("witness") or "simulator", ask=lambda what: emit({"ask": what}))
+
     def use_model(args: dict[str, Any], _: Emit) -> object:
         telescope.use_model(args["model"])
         return {"ok": True}
 
-    return {"pointing_run": pointing_run, "run_frame": run_frame, "use_model": use_model}
+    return {"pointing_run": pointing_run, "run_frame": run_frame, "try_witness": try_witness, "use_model": use_model}
 
 
 def _told(progress: "RunProgress") -> dict[str, object]:
@@ -57,4 +60,6 @@ def _told(progress: "RunProgress") -> dict[str, object]:
         "detail": progress.detail,
         "observed": progress.observed,
         "skipped": progress.skipped,
+        "run": progress.run,
+        "minutes_left": progress.minutes_left,
     }

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from html import escape
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,8 @@ from pointing.vectors import Vector, equatorial_to_horizon, from_azimuth_altitud
 
 FEWEST = 6
 """Stars of a run that can be fitted at all."""
+_UNEXPLAINED = 3.0  # times the scatter of the looks, beyond which stars scatter for another reason
+_MISTRUSTED = 6.0  # σ, where neighbours share an error: 4.6 were seen of a term that is not there
 _FEW = 20  # with which no more than the standard terms are told apart
 _SCATTER_ARCSEC = 2.0  # of any star: worm, air, flexure; a look that is surer than that does not rule the fit
 _ALIGN_FIRST_ARCSEC = 600.0  # a polar axis farther off is put right before it is modelled
@@ -96,12 +99,25 @@ class RunReport:
         ]
         if self.fit.n < _FEW:
             said.append(f"{self.fit.n} stars tell little apart: append {_FEW - self.fit.n} or more")
+        said += self._scatter()
         if self.stored.skipped:
-            said.append(f"{len(self.stored.skipped)} places were skipped; `pointing-run show {self.name}` says why")
+            skipped = _counted(len(self.stored.skipped), "place")
+            said.append(f"skipped: {skipped}; `pointing-run show {self.name}` says why")
         said += self.notes
         write = f"`pointing-run fit {self.name} -o model.mod`"
         said.append(f"{write} writes the model, which `[mount] pointing_model` puts in force")
         return tuple(said)
+
+    def _scatter(self) -> list[str]:
+        """What ± means where stars scatter by more than their witness does."""
+        looked = [each.sigma_arcsec for each in self.stored.observations if each.sigma_arcsec > 0.0]
+        found = self.fit.popn_sd_arcsec
+        if not looked or not _UNEXPLAINED * math.hypot(median(looked), _SCATTER_ARCSEC) < found < math.inf:
+            return []
+        scatter = f"stars scatter by {found:.1f}″ where their witness is good to {median(looked):.1f}″"
+        why = "something that no term explains, as the worm, of which neighbours have the same part"
+        so = f"each ± holds for independent errors, so mistrust terms below {_MISTRUSTED:g} ±"
+        return [f"{scatter}: {why}; {so}"]
 
     def _axis(self) -> list[str]:
         """What to do first where the polar axis is far off."""
@@ -173,8 +189,9 @@ def report_of(
     kept = int(np.count_nonzero(run.kept))
     if kept < FEWEST:
         raise TooFewStars(
-            f"the run {stored.name} has {kept} stars that take part, {len(stored.skipped)} places were skipped; "
-            f"a fit needs {FEWEST}, and 20 to 50 make a good one: resume it or append to it"
+            f"the run {stored.name} has {_counted(kept, 'star')} to fit, "
+            f"{_counted(len(stored.skipped), 'place')} skipped; a fit needs {FEWEST}, and 20 to 50 make a good one: "
+            f"{'resume it or append to it' if stored.pending or stored.skipped else 'append to it'}"
         )
     wanted = wanted or Wanted(by_run=True)
     if wanted.by_run:
@@ -186,6 +203,10 @@ def report_of(
         cv_sky_rms_arcsec(fitted.fit.run, fitted.fit.model), fit(fitted.fit.run, _INDEX[run.mount]).sky_rms_arcsec,
         _notes(stored, zero), registers,
     )  # fmt: skip
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
 
 
 def pointing_run(
@@ -245,7 +266,8 @@ def _notes(stored: StoredRun, today: Zero | None) -> tuple[str, ...]:
     before = sum(each is not None and each.lost != reference.lost for each in zeros)
     said = []
     if before:
-        said.append(f"{before} stars take no part: seen before the position was lost, their angles mean other places")
+        stars = _counted(before, "star")
+        said.append(f"left out: {stars}, seen before the position was lost: their angles mean other places")
     if today is not None and today.lost != reference.lost:
         said.append("the position was lost after this run: put its model in force, then `sync` on a star")
     return tuple(said)

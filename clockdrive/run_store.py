@@ -7,12 +7,14 @@ depend on the pointing model then in force; what was in force is written beside 
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from clockdrive.errors import InputError
+from clockdrive.errors import InputError, Refused
+from clockdrive.process_lock import ProcessLock
 from clockdrive.state_file import Kind, StateFile, Store
 from pointing.model.place import MountKind
 from pointing.mount import Posture
@@ -145,6 +147,19 @@ class StoredRun:
         return tuple(each for each in self.places if each.state == "skipped")
 
 
+def named(name: str) -> str:
+    """Return a name that a run can have.
+
+    Raises
+    ------
+    InputError
+        It cannot be read on a line, or typed again.
+    """
+    if not name or name != name.strip() or not name.isprintable():
+        raise InputError(f"a run named {name!r}: give printable characters on one line, without blanks at the ends")
+    return name
+
+
 class RunStore(Store):
     """The pointing runs of one telescope.
 
@@ -175,8 +190,9 @@ class RunStore(Store):
         Raises
         ------
         InputError
-            There is one of this name.
+            There is one of this name, or none can have it.
         """
+        named(run.name)
         with self._file.transaction(durable=True):
             if run.name in self.names():
                 raise InputError(f"there is a pointing run {run.name!r} already: resume it, or give another name")
@@ -212,10 +228,49 @@ class RunStore(Store):
         places, observations = tuple(self._places(key)), tuple(self._observations(key))
         return StoredRun(name, began, mount, latitude, json.loads(settings), places, observations)
 
+    def rename(self, name: str, to: str) -> None:
+        """Give a run another name.
+
+        Raises
+        ------
+        InputError
+            There is none, one of the other name, or none can have that.
+        Refused
+            It is being taken.
+        """
+        named(to)
+        with self.taking(name), self._file.transaction(durable=True):
+            if to in self.names():
+                raise InputError(f"there is a pointing run {to!r} already: give another name")
+            self._file.execute("UPDATE runs SET name = ? WHERE id = ?", (to, self._key(name)))
+
+    @contextmanager
+    def taking(self, name: str) -> Iterator[None]:
+        """Have a run for oneself, beside all processes; one that ends lets go of it.
+
+        Raises
+        ------
+        Refused
+            Somebody else has it.
+        """
+        lock = ProcessLock(self.path.with_name(f"pointing_run_{self._key(name)}.lock"))
+        if not lock.acquire():
+            raise Refused(f"the run {name} is being taken: `clockdrive stop` first")
+        try:
+            yield
+        finally:
+            lock.release()
+
     def forget(self, name: str) -> None:
-        """Delete a run with its observations."""
+        """Delete a run with its observations.
+
+        Raises
+        ------
+        Refused
+            It is being taken.
+        """
         key = self._key(name)
-        with self._file.transaction(durable=True):
+        with self.taking(name), self._file.transaction(durable=True):
             for table, column in (("observations", "run"), ("places", "run"), ("runs", "id")):
                 self._file.execute(f"DELETE FROM {table} WHERE {column} = ?", (key,))  # noqa: S608 - our own names
 

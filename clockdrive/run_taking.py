@@ -3,16 +3,17 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 
 from clockdrive.answers import utc
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import ArgumentError, InputError, Refused
 from clockdrive.observing import Observing
 from clockdrive.pointing_runs import PointingRuns
-from clockdrive.run_store import PlacedStar, StoredRun
+from clockdrive.run_store import PlacedStar, StoredRun, named
 from clockdrive.session import Session
 from clockdrive.slewing import Slewing
 from pointing.catalogue import bright_stars
-from pointing.run_plan import RunPlace, short_way, spread_places, star_places
+from pointing.run_plan import MOST_PLACES, RunPlace, short_way, spread_places, star_places
 
 _EACH_S = 90.0  # that a place may take, for how far the Sun gets on
 
@@ -52,6 +53,10 @@ class RunSettings:
     settle_s: float = 1.0
 
     def __post_init__(self) -> None:
+        if self.name is not None:
+            named(self.name)
+        if not isinstance(self.stars, Integral) or isinstance(self.stars, bool) or not 1 <= self.stars <= MOST_PLACES:
+            raise ArgumentError(f"a run of {self.stars!r} stars: give a whole number from 1 to {MOST_PLACES}")
         if self.resume and self.append:
             raise InputError("resume or append: a run that was interrupted is resumed, one that is done appended to")
         if not 0.0 <= self.settle_s <= _LONGEST_SETTLING_S:

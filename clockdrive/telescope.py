@@ -126,7 +126,7 @@ class Telescope:
         self.clock = clock or SystemClock()
         self.configuration = configuration
         self._closed = False
-        self._replies: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._replies: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._embedded: Embedded | None = None
         self._runs: PointingRuns | None = None
         identity = configuration.identity
@@ -601,6 +601,21 @@ class Telescope:
         self._perform(taking.observing.run(name, seer, wanted.settle_s, watch))
         return name
 
+    def try_witness(
+        self, witness: "str | SkyWitness" = "simulator", *, ask: Callable[[str], object] = print
+    ) -> dict[str, object]:
+        """Let a witness look once where the telescope rests, and say how far off it is seen; nothing moves.
+
+        Raises
+        ------
+        Refused, WitnessError
+            The telescope does not rest; the witness sees nothing.
+        """
+        from clockdrive.observing import Observing  # noqa: PLC0415 - as in `runs`
+
+        seer = self._sky_witness(witness, ask)
+        return self._perform(Observing(self._session, self._slewing, self.runs.store).tried(seer))
+
     def polar_alignment(
         self,
         witness: "str | SkyWitness" = "simulator",
@@ -703,23 +718,26 @@ class Telescope:
         seer = self._witness(witness, ask)
         return self._perform(Commissioning(self._session, self.configuration, seer, written).run(only, watch))
 
-    def reply(self, text: str) -> None:
-        """Answer what `commission` has asked."""
+    def reply(self, text: str | None) -> None:
+        """Answer what the witness `typed` has asked; None where nobody types any more, which ends what asked."""
         self._replies.put(text)
 
     def _sky_witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness":
         """A witness that sees the sky."""
-        seer = self._witness(witness, ask)
+        seer = self._witness(witness, ask, encoders=False)
         if seer is None:
             raise ArgumentError("encoders see no sky: take the witness simulator, command:PROGRAM or typed")
         return seer
 
-    def _witness(self, witness: "str | SkyWitness", ask: Callable[[str], object]) -> "SkyWitness | None":
+    def _witness(
+        self, witness: "str | SkyWitness", ask: Callable[[str], object], *, encoders: bool = True
+    ) -> "SkyWitness | None":
         if not isinstance(witness, str):
             return witness
         from clockdrive.witness import witness_of  # noqa: PLC0415 - seldom needed
 
-        return witness_of(witness, self._session.planner, self.clock, self.true_sky, self._replies, ask)
+        planner, sky = self._session.planner, self.true_sky
+        return witness_of(witness, planner, self.clock, sky, self._replies, ask, encoders=encoders)
 
     # Leaving ---------------------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ import os
 import queue
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from clockdrive.true_sky import SimulatedSky
 
 Ask = Callable[[str], object]  # lets a person know what is wanted
+Replies = queue.SimpleQueue[str | None]
+"""Lines that were typed; None where nobody types any more."""
 WITNESSES = ("encoders", "simulator", "command:PROGRAM", "typed")
 _PERIOD_S = 0.1
 _SOLVER_ARCSEC = 10.0
@@ -39,11 +42,16 @@ _TYPED_ARCSEC = 30.0
 _PATIENCE_S = 180.0  # for a plate solver
 _LONG_PATIENCE_S = 3600.0  # for a person
 _SHOWN = 120
+_READ = 4096  # bytes at the end of what a program prints
 _COORDINATES = re.compile(r"(?=.*\d)[\d\s.,:+\-−hdms°'\"′″]+", re.ASCII)
 
 
 class WitnessError(ClockdriveError):
     """The witness did not say where the telescope points."""
+
+
+class WitnessLeft(WitnessError):  # noqa: N818 - what happened
+    """The witness will not say anything any more."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,7 @@ class CommandWitness:
         sigma_arcsec: float = _SOLVER_ARCSEC,
         patience_s: float = _PATIENCE_S,
     ) -> None:
+        _require_program(command)
         self._command, self._planner, self._clock = command, planner, clock
         self._sigma, self._patience = sigma_arcsec, patience_s
 
@@ -112,8 +121,8 @@ class CommandWitness:
                 if process.poll() is None:
                     _kill(process)
                 process.wait()
-            out.seek(0)
-            text = out.read(4096).decode(errors="replace").strip()
+            out.seek(max(0, out.seek(0, os.SEEK_END) - _READ))
+            text = out.read(_READ).decode(errors="replace").strip()
         if process.returncode:
             raise WitnessError(
                 f"the witness {self._command!r} failed with exit code {process.returncode}; run it by hand"
@@ -129,6 +138,24 @@ class CommandWitness:
                 )
             yield _PERIOD_S
             waited += _PERIOD_S
+
+
+def _require_program(command: str) -> None:
+    """Refuse a command whose program is not there, before anything moves.
+
+    Raises
+    ------
+    WitnessError
+        So it is.
+    """
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise WitnessError(f"the witness {command!r} cannot be run: {error}; check its quotes") from error
+    if not words:
+        raise WitnessError("name a program: command:PROGRAM")
+    if shutil.which(words[0]) is None:
+        raise WitnessError(f"the witness {command!r} cannot be run: no program {words[0]!r} is found; check its path")
 
 
 def _kill(process: "subprocess.Popen[bytes]") -> None:
@@ -148,12 +175,12 @@ class TypedWitness:
     planner, clock
         As for `CommandWitness`.
     replies : queue.SimpleQueue
-        Where the typed lines arrive.
+        Where the typed lines arrive, and None at the end of them.
     ask : callable
         Lets the person know.
     """
 
-    def __init__(self, planner: Planner, clock: Clock, replies: "queue.SimpleQueue[str]", ask: Ask) -> None:
+    def __init__(self, planner: Planner, clock: Clock, replies: Replies, ask: Ask) -> None:
         self._planner, self._clock, self._replies, self._ask = planner, clock, replies, ask
 
     def look(self) -> Steps[Sighting]:
@@ -172,6 +199,8 @@ class TypedWitness:
                 yield _PERIOD_S
                 waited += _PERIOD_S
             else:
+                if text is None:
+                    raise WitnessLeft("nobody types any more")
                 return sighted(text, self._planner, self._clock.now(), _TYPED_ARCSEC)
 
 
@@ -196,17 +225,22 @@ def _utc(word: str, now: float) -> float:
     try:
         return parse.utc(word, now)
     except ClockdriveError as error:
-        raise WitnessError(f"the witness says {word!r}: {error}") from error
+        raise WitnessError(f"the witness says {_shown(word)}: it ends with no UTC as 2027-01-15T08:00:00Z") from error
 
 
 def _place(words: str, text: str) -> Target:
-    said = f"the witness says {text[:_SHOWN]!r}"
+    said = f"the last line of the witness says {_shown((text.splitlines() or [''])[-1])}"
     if not _COORDINATES.fullmatch(words):
-        raise WitnessError(f"{said}: print RA and Dec, in degrees or as 05:34:32 +22:00:52")
+        raise WitnessError(f"{said}: print RA and Dec there, in degrees or as 05:34:32 +22:00:52")
     try:
         return parse.place(words)
     except TargetError as error:
         raise WitnessError(f"{said}: {error}") from error
+
+
+def _shown(text: str) -> str:
+    """A text of others, without control characters, and not too long."""
+    return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…")
 
 
 def witness_of(
@@ -214,10 +248,14 @@ def witness_of(
     planner: Planner,
     clock: Clock,
     sky: "SimulatedSky | None",
-    replies: "queue.SimpleQueue[str]",
+    replies: Replies,
     ask: Ask,
+    *,
+    encoders: bool = True,
 ) -> SkyWitness | None:
     """The witness of a name; None for the encoders, which see no sky.
+
+    With `encoders` false they are not among those that are offered.
 
     Raises
     ------
@@ -238,8 +276,8 @@ def witness_of(
                 f"{math.degrees(planner.mount.origin_distance):.3f}° beside it: choose an instrument at 0, 0 first"
             )
         return sky
-    if kind == "command" and program.strip():
+    if kind == "command":
         return CommandWitness(program, planner, clock)
     if kind == "typed" and not program:
         return TypedWitness(planner, clock, replies, ask)
-    raise WitnessError(f"no witness {name!r}; there is {', '.join(WITNESSES)}")
+    raise WitnessError(f"no witness {name!r}; there is {', '.join(WITNESSES[not encoders :])}")

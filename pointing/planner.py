@@ -20,7 +20,7 @@ from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.remedy import OF_A_WAY, remedy
-from pointing.slew import MeetingModel, SlewModel, Travel
+from pointing.slew import Travel, travelled
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
@@ -299,7 +299,7 @@ class Planner(Geometry):
         """
         shift = timing.latency  # the axes go on at their present rates until the motion begins
         one, two = (
-            _travelled(model, here + before * shift, before, target, rate * axis.gearing.counts_per_radian, due)
+            travelled(model, here + before * shift, before, target, rate * axis.gearing.counts_per_radian, due)
             for model, here, before, target, rate, axis, due in zip(
                 timing.slew, start.counts, start.rates, targets, rates, self.axes, dues or (None, None), strict=True
             )
@@ -351,14 +351,6 @@ class Planner(Geometry):
             needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
-
-
-def _travelled(
-    model: SlewModel, start: float, start_rate: float, target: float, rate: float, due: float | None
-) -> Travel:
-    if due is not None and isinstance(model, MeetingModel):
-        return model.onto(start, start_rate, target - rate * due, rate)
-    return model.travel(start, target, start_rate, rate)
 
 
 def _is_barred(plan: Plan) -> bool:

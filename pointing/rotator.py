@@ -179,9 +179,10 @@ class RotatorPath:
         self.near = near
         self.since = since
 
-    def moved_to(self, target: Target) -> "RotatorPath":
+    def moved_to(self, target: Target, posture: Posture) -> "RotatorPath":
         """The way along another target from where this one is, to hold the same."""
-        return RotatorPath(self.rotator, replace(self.held, target=target), self.near, self.since)
+        held = replace(self.held, target=target, posture=posture)
+        return RotatorPath(self.rotator, held, self.near, self.since)
 
     def angle(self, time: float) -> float:
         """The angle at POSIX `time`, radians."""

@@ -16,7 +16,7 @@ from pointing.geometry import Geometry
 from pointing.limits import Check
 from pointing.plan import AxisPlan, Plan, RotatorPlan, Start, Timing
 from pointing.rotator import Held, Hold, Rotator, RotatorPath
-from pointing.slew import Travel
+from pointing.slew import Travel, travelled
 from pointing.targets import Target
 
 _KEPT_S = 7200.0  # for which a winding should hold its target
@@ -108,9 +108,10 @@ def _met(
     axis, begin = rotator.axis, start.time + timing.latency
     path = RotatorPath(rotator, held, near)
     angle, rate = path.state(soonest)
+    arrival = soonest
     for _ in range(_ROUNDS):
         target, rate_counts = axis.nearest(angle), rate * axis.gearing.counts_per_radian
-        here, travel = _travel(target, rate_counts, start, timing)
+        here, travel = _travel(target, rate_counts, start, timing, arrival - begin)
         arrival = max(begin + travel.duration, soonest)
         if travel.duration > _LONGEST_S:
             return None
@@ -145,12 +146,17 @@ def _missed(held: Held, time: float, rotator: Rotator, timing: Timing) -> Check:
     return Check("rotator", ok=False, detail=f"{said}: no arrival was found; hold the mount, or wait")
 
 
-def _travel(target: float, rate: float, start: Start, timing: Timing) -> tuple[float, Travel]:
-    """Where the rotator is, counts, and its travel from where it will be when the motion begins."""
+def _travel(
+    target: float, rate: float, start: Start, timing: Timing, due: float | None = None
+) -> tuple[float, Travel]:
+    """Where the rotator is, counts, and its travel from where it will be when the motion begins.
+
+    It goes to `target` counts, or is there `due` seconds after that, of a drive that meets what moves.
+    """
     if start.rotator is None or timing.rotator is None:
         raise PointingError("a rotator whose position or law of motion nobody knows: give Start and Timing its own")
     here, before = start.rotator
-    return here, timing.rotator.travel(here + before * timing.latency, target, before, rate)
+    return here, travelled(timing.rotator, here + before * timing.latency, before, target, rate, due)
 
 
 def _speed(way: RotatorPlan, rotator: Rotator, timing: Timing) -> Check:

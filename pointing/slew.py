@@ -55,3 +55,12 @@ class MeetingModel(SlewModel, Protocol):
         It ends on the line, with the line's `rate`, counts per second.
         """
         ...
+
+
+def travelled(
+    model: SlewModel, start: float, start_rate: float, target: float, rate: float, due: float | None = None
+) -> Travel:
+    """Travel to `target` counts with `rate`; onto the line that is there in `due` seconds, of a model that meets."""
+    if due is not None and isinstance(model, MeetingModel):
+        return model.onto(start, start_rate, target - rate * due, rate)
+    return model.travel(start, target, start_rate, rate)

@@ -53,6 +53,7 @@ def add_pointing_run(add: Adder) -> None:
     command.add_argument("--name", metavar="NAME", help="of the run to take, resume or append to")
     command.add_argument("--stars", type=int, default=50, metavar="N", help="how many (default 50)")
     command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
+    command.add_argument("--try", action="store_true", dest="only_try", help="the witness looks once; nothing moves")
     command.add_argument("--bright", action="store_true", help="go to bright stars, not to places of the sky")
     command.add_argument("--settle", type=float, default=1.0, metavar="S", help="seconds before a look (default 1)")
     command.add_argument("--count", type=int, default=1, metavar="N", help="how many of the worst to mask")
@@ -64,7 +65,9 @@ def add_pointing_run(add: Adder) -> None:
 
 def pointing_run(args: argparse.Namespace) -> None:
     """Take a run, or do something with a kept one."""
-    if args.action in _TAKING:
+    if args.only_try:
+        _try(args)
+    elif args.action in _TAKING:
         _take(args)
     elif args.action == "fit" and args.apply:
         _fit_and_apply(args)
@@ -79,7 +82,7 @@ def _kept(configuration: Configuration, telescope: Backend | None) -> "PointingR
     from clockdrive.pointing_runs import PointingRuns  # noqa: PLC0415 - the mathematics takes 0.2 s to load
 
     if telescope is None:
-        return PointingRuns.of(configuration)
+        return PointingRuns.open(configuration)
     return PointingRuns.beside(configuration, telescope.call("run_frame"))
 
 
@@ -88,11 +91,12 @@ def _take(args: argparse.Namespace) -> None:
     refuse_unwritable(args)
     wanted = _wanted(args)
     with backend(args.config, "pointing-run") as telescope:
+        taken: list[str] = []
         refuse_typed_elsewhere(args.witness, telescope)
         try:
             answer = telescope.call(
                 "pointing_run",
-                _events(telescope, quiet=args.json),
+                _events(telescope, taken, quiet=args.json),
                 stars=args.stars,
                 witness=args.witness,
                 run=name,
@@ -104,8 +108,25 @@ def _take(args: argparse.Namespace) -> None:
             )
         except KeyboardInterrupt:
             print("clockdrive: what was seen is kept; `pointing-run resume` goes on with it", file=sys.stderr)
+            if args.json:
+                display.as_json({"ok": False, "reason": "interrupted", "run": taken[-1] if taken else None})
             raise
         _fitted(args, telescope, answer["run"]["name"], wanted)
+
+
+def _try(args: argparse.Namespace) -> None:
+    """Let the witness look once where the telescope rests."""
+    with backend(args.config, "pointing-run", keep_tracking=True) as telescope:
+        refuse_typed_elsewhere(args.witness, telescope)
+        seen = telescope.call("try_witness", _events(telescope, [], quiet=True), witness=args.witness)
+    _print(
+        args,
+        seen,
+        lambda found: (
+            f"seen at azimuth {found['azimuth_deg']:.3f}° altitude {found['altitude_deg']:.3f}°, "
+            f"{found['off_arcsec']:.1f}″ from where the telescope believes to point; nothing has moved"
+        ),
+    )
 
 
 def _fit_and_apply(args: argparse.Namespace) -> None:
@@ -125,14 +146,18 @@ def _fitted(args: argparse.Namespace, telescope: Backend, name: str | None, want
     _show_fit(args, report)
 
 
-def _events(telescope: Backend, *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
-    """Tell of each place, and let the person answer what is asked."""
+def _events(telescope: Backend, taken: list[str], *, quiet: bool) -> Callable[[Mapping[str, Any]], object]:
+    """Tell of each place, let the person answer what is asked, and note which run is `taken`."""
     typed = StandardInput()
 
     def show(event: Mapping[str, Any]) -> None:
-        if not typed.asked(telescope, event) and not quiet and event["state"] in {"observed", "skipped"}:
+        if typed.asked(telescope, event):
+            return
+        taken[:] = [event["run"]]
+        if not quiet and event["state"] in {"observed", "skipped"}:
             where = event["star"] or f"azimuth {event['azimuth_deg']:5.1f}° altitude {event['altitude_deg']:4.1f}°"
-            said = f"{event['state']}, {event['detail']}"
+            left = "" if event["minutes_left"] is None else f"; {event['minutes_left']:.0f} min left"
+            said = f"{event['state']}, {event['detail']}{left}"
             print(
                 f"{event['number']:3}/{event['of']} {where} {event['posture']}: {said}", file=sys.stderr, flush=True
             )
@@ -197,6 +222,14 @@ def _export(args: argparse.Namespace, runs: "PointingRuns") -> None:
     _print(args, {"ok": True, "written": file}, lambda found: f"written: {found['written']}")
 
 
+def _rename(args: argparse.Namespace, runs: "PointingRuns") -> None:
+    if len(args.words) != 2:
+        raise InputError("pointing-run rename NAME OTHER: give the run, and its name from now on")
+    name, to = args.words
+    runs.rename(name, to)
+    _done(args, runs, to)
+
+
 def _forget(args: argparse.Namespace, runs: "PointingRuns") -> None:
     name = _one(args.words, "a name")
     if name is None:
@@ -214,6 +247,7 @@ _KEPT: dict[str, Callable[[argparse.Namespace, "PointingRuns"], None]] = {
     "worst": _worst,
     "import": _import,
     "export": _export,
+    "rename": _rename,
     "forget": _forget,
 }
 

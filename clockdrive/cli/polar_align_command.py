@@ -49,8 +49,14 @@ def polar_align(args: argparse.Namespace) -> None:
     with backend(args.config, "polar-align") as telescope, interruption_stops(telescope):
         refuse_typed_elsewhere(args.witness, telescope)
         typed = StandardInput()
-        states = [_begun(args, telescope, typed)]
-        written = _write(args, telescope) if args.write_mount else _turned(args, telescope, typed, states)
+        states: list[dict[str, Any]] = []
+        try:
+            states.append(_begun(args, telescope, typed))
+            written = _write(args, telescope) if args.write_mount else _turned(args, telescope, typed, states)
+        except KeyboardInterrupt:
+            if args.json:
+                display.as_json({"ok": False, "reason": "interrupted", "states": states})
+            raise
         telescope.call("stop")
     if args.json:
         display.as_json({**states[-1], **written, "states": states})

@@ -43,11 +43,11 @@ class StandardInput:
                 threading.Thread(target=self._read, daemon=True).start()
 
     def asked(self, telescope: Backend, event: Mapping[str, Any]) -> bool:
-        """Ask the person what an event asks, and reply with the next line; False where it asks nothing."""
+        """Ask what an event asks and reply with the next line, or that there is none; False where it asks nothing."""
         if "ask" not in event:
             return False
         print(f"{event['ask']}: ", end="", file=sys.stderr, flush=True)
-        self.hand(lambda line: telescope.call("reply", text=line))
+        self.hand(lambda line: telescope.call("reply", text=line or None))
         return True
 
     def _read(self) -> None:

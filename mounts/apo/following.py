@@ -71,6 +71,7 @@ class Follower:
     def end(self) -> None:
         """Follow nothing any more."""
         self._path = self._rates = None
+        self._given = [0.0] * len(self._axes)
         self._doubtful = [False] * len(self._axes)
 
     def follow(self, path: AxisPath, time: float) -> float:

@@ -11,7 +11,6 @@ from clockdrive import Telescope
 from clockdrive.errors import InputError, Refused
 from clockdrive.service import Service
 from clockdrive.witness import CommandWitness, Sighting, WitnessError
-from pointing.errors import PointingError
 from pointing.limits import Horizon, Limits
 from pointing.model.pointing_model import PointingModel
 from pointing.model.terms import terms
@@ -333,7 +332,7 @@ def test_an_alignment_that_cannot_begin_leaves_the_telescope_at_rest(leaning):
                 raise WitnessError("cloud")
             return seen
 
-        with pytest.raises(PointingError, match="reaches"):
+        with pytest.raises(Refused, match="reaches too little of the sky for 3 stars"):
             scope.polar_alignment(Told(scope, clouds))
         assert scope.status()["doing"] == "idle"
         assert scope._session.pursuit is None

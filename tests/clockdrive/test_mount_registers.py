@@ -104,9 +104,9 @@ def test_registers_that_only_the_unit_holds_are_those_of_a_fit_with_no_drive_at_
         configuration = load(None, {}, given)
         with Telescope(configuration) as scope:
             assert scope.runs.frame["registers"] == pytest.approx([900_000 * MAS, -600_000 * MAS])
-        with PointingRuns.of(configuration) as runs:
+        with PointingRuns.open(configuration) as runs:
             assert runs.frame["registers"] == pytest.approx([900_000 * MAS, -600_000 * MAS])
-        with PointingRuns.of(load(None, {}, {**given, "mount.mount_x_mas": 5, "mount.mount_y_mas": 0})) as runs:
+        with PointingRuns.open(load(None, {}, {**given, "mount.mount_x_mas": 5, "mount.mount_y_mas": 0})) as runs:
             assert runs.frame["registers"] == pytest.approx([5 * MAS, 0.0])
 
 

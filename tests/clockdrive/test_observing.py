@@ -13,7 +13,7 @@ from telescope_bench import QUICK, telescope
 from clockdrive.errors import Refused, StateError
 from clockdrive.observing import IMPLAUSIBLE_DEG
 from clockdrive.run_store import FILE_NAME
-from clockdrive.witness import CommandWitness, Sighting, WitnessError
+from clockdrive.witness import CommandWitness, Sighting, WitnessError, sighted
 from mounts.errors import DriveError
 from pointing.instant import Instant
 from pointing.limits import Horizon, Limits
@@ -162,7 +162,7 @@ def test_what_fails_again_stays_skipped_with_its_reason_and_the_others_are_fitte
     assert [each.number for each in report.stored.skipped] == [4, 7]
     assert {each.reason for each in report.stored.skipped} == {"the plate solver found no stars"}
     assert len(report.stored.observations) == N
-    assert any("2 places were skipped" in each for each in report.recommendation)
+    assert any("skipped: 2 places" in each for each in report.recommendation)
     assert_the_true_mount(report)
 
 
@@ -231,7 +231,7 @@ def test_a_file_that_stays_held_ends_the_run_with_the_remedy_and_the_telescope_a
 def test_too_few_stars_are_said_and_not_fitted(scope):
     from clockdrive.run_report import TooFewStars
 
-    with pytest.raises(TooFewStars, match=r"has 3 stars that take part, 3 places were skipped; a fit needs 6"):
+    with pytest.raises(TooFewStars, match=r"has 3 stars to fit, 3 places skipped; a fit needs 6"):
         scope.pointing_run(N, Witness(scope, lambda look: None if look <= 3 else fails), name="short")
     assert len(scope.runs["short"].observations) == 3
 
@@ -420,3 +420,53 @@ def test_encoders_are_no_witness_of_the_sky(scope):
     with pytest.raises(Refused, match="encoders see no sky"):
         scope.pointing_run(N, "encoders")
     assert scope.runs.names == ()
+
+
+def test_the_last_line_of_a_chatty_solver_counts_however_much_it_printed_before(scope):
+    chatty = f"{sys.executable} -c \"print('10 20\\n' * 5000 + 'solved\\x1b[2J' + 'x' * 500)\""
+    solver = CommandWitness(chatty, scope._session.planner, scope.clock, patience_s=1e9)
+    steps = solver.look()
+    with pytest.raises(
+        WitnessError, match=r"the last line of the witness says 'solved\\x1b\[2Jx+…': print RA"
+    ) as said:
+        exhausted(steps)
+    assert str(said.value).isprintable()
+    assert len(str(said.value)) < 300
+    sighting = sighted("10 20\n" * 5000 + "187.5 -12.0", scope._session.planner, scope.clock.now(), 10.0)
+    assert sighting.sigma_arcsec == 10.0
+    with pytest.raises(WitnessError, match="it ends with no UTC") as said:
+        sighted("187.5 -12.0 T\x1b[2J" + "9" * 500, scope._session.planner, scope.clock.now(), 10.0)
+    assert str(said.value).isprintable()
+
+
+def exhausted(steps):
+    for _ in steps:
+        pass
+
+
+def test_a_run_that_is_being_taken_is_not_deleted(scope):
+    def forgets(progress):
+        if progress.number == 3 and progress.state == "looking":
+            with pytest.raises(Refused, match="is being taken"):
+                scope.runs.forget(progress.run)
+
+    report = scope.pointing_run(N, name="kept", watch=forgets)
+    assert report.fit.n == N
+    scope.runs.forget("kept")
+    assert scope.runs.names == ()
+
+
+def test_a_witness_is_tried_where_the_telescope_rests_and_nothing_moves_or_is_kept(scope):
+    before = scope._session.synchronised().counts
+    found = scope.try_witness()
+    believed, true = (scope._session.planner.observed(before), scope.true_sky.observed())
+    off = math.degrees(math.dist(believed, true)) * 3600.0
+    print(f"\ntried: {found['off_arcsec']:.1f}″ off, true {off:.1f}″")
+    assert found["off_arcsec"] == pytest.approx(off, abs=0.1)
+    assert scope._session.synchronised().counts == before
+    assert scope.runs.names == ()
+    with pytest.raises(WitnessError, match="failed with exit code 1"):
+        scope.try_witness("command:false")
+    scope.goto("altaz:60,50")
+    with pytest.raises(Refused, match="where it rests: `stop` first"):
+        scope.try_witness()

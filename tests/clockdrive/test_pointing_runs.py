@@ -11,9 +11,10 @@ from telescope_bench import QUICK, star_at, telescope
 
 from clockdrive import PointingRuns
 from clockdrive.configuration import load
-from clockdrive.errors import ClockdriveError, InputError, Refused
+from clockdrive.errors import ArgumentError, ClockdriveError, InputError, Refused
 from clockdrive.fitting import Wanted
 from clockdrive.run_report import stored_of
+from clockdrive.witness import WitnessError
 from pointing.errors import PointingError
 from pointing.model.fit import fit
 from pointing.model.run_file import read_run
@@ -26,7 +27,7 @@ TERMS = "IH ID CH NP MA ME TF"
 @pytest.fixture
 def runs(tmp_path):
     configuration = load(None, overrides={"drive.link": "sim:", "mount.type": "german", "state.path": str(tmp_path)})
-    with PointingRuns.of(configuration) as opened:
+    with PointingRuns.open(configuration) as opened:
         yield opened
 
 
@@ -175,7 +176,7 @@ def test_stars_from_before_a_power_cycle_take_no_part_as_nobody_knows_what_their
     assert any("put its model in force, then `sync` on a star" in each for each in alone.recommendation)
     assert alone.fit.n == 6
     assert report.fit.run.kept.tolist() == [False] * 6 + [True] * 6
-    assert any("6 stars take no part: seen before the position was lost" in each for each in report.recommendation)
+    assert any("left out: 6 stars, seen before the position was lost" in each for each in report.recommendation)
 
 
 def test_runs_are_refused_where_they_would_mean_nothing(tmp_path):
@@ -184,7 +185,7 @@ def test_runs_are_refused_where_they_would_mean_nothing(tmp_path):
             scope.pointing_run(8, resume=True, append=True)
         with pytest.raises(InputError, match="this telescope has no pointing runs"):
             scope.pointing_run(resume=True)
-        with pytest.raises(PointingError, match="a run of 0 places"):
+        with pytest.raises(ArgumentError, match="a run of 0 stars"):
             scope.pointing_run(0)
         scope.park()
         with pytest.raises(Refused, match="parked"):
@@ -267,3 +268,33 @@ def test_a_witness_of_ones_own_is_kept_by_the_name_of_its_class(tmp_path):
     with telescope(tmp_path, **CROOKED) as scope:
         report = scope.pointing_run(6, scope.true_sky)
     assert report.stored.settings["witness"] == "SimulatedSky"
+
+
+@pytest.mark.parametrize("count", [0, -1, 35, 40, 1000])
+def test_the_worst_leave_what_a_fit_needs_and_are_not_none(runs, file, count):
+    runs.take_in(file, "old", 1.8e9, places="observed")
+    with pytest.raises(InputError, match="1 to 34 can be masked, as a fit needs 6 stars"):
+        runs.mask_worst("old", count)
+    assert all(not each.masked for each in runs["old"].observations)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "says"),
+    [
+        ({"stars": 0}, ArgumentError, "1 to 1000"),
+        ({"stars": -3}, ArgumentError, "1 to 1000"),
+        ({"stars": 100000}, ArgumentError, "1 to 1000"),
+        ({"stars": 6.5}, ArgumentError, "a whole number"),
+        ({"settle_s": math.nan}, InputError, "settling for nan"),
+        ({"name": "a\nb"}, InputError, "printable"),
+        ({"name": " "}, InputError, "printable"),
+        ({"witness": "command:no-such-program-anywhere 5"}, WitnessError, "no program 'no-such-program-anywhere'"),
+        ({"witness": "command:"}, WitnessError, "name a program"),
+        ({"witness": "nobody"}, WitnessError, "there is simulator, command:PROGRAM, typed$"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_a_run_is_stored(tmp_path, given, error, says):
+    with telescope(tmp_path) as scope:
+        with pytest.raises(error, match=says):
+            scope.pointing_run(**{"stars": 6, **given})
+        assert scope.runs.names == ()

@@ -94,7 +94,7 @@ def test_stars_from_before_the_position_was_lost_take_no_part_and_that_is_said()
     report = report_of(stored, zero=Zero(1))
     assert report.fit.run.kept[:20].sum() == 0
     assert report.fit.run.kept[20:].sum() >= 29
-    assert any("20 stars take no part: seen before the position was lost" in each for each in report.recommendation)
+    assert any("left out: 20 stars, seen before the position was lost" in each for each in report.recommendation)
 
 
 def test_a_position_that_was_lost_since_asks_for_a_sync_with_the_model_in_force():
@@ -122,7 +122,7 @@ def test_a_run_of_few_stars_is_fitted_by_the_usual_terms_and_says_that_it_is_sho
 def test_too_few_stars_are_not_fitted_and_the_masked_do_not_count():
     stored = kept(n=8)
     masked = tuple(replace(each, masked="a gust") if i < 3 else each for i, each in enumerate(stored.observations))
-    with pytest.raises(TooFewStars, match=r"the run night has 5 stars that take part, 0 places were skipped; a fit"):
+    with pytest.raises(TooFewStars, match=r"the run night has 5 stars to fit, 0 places skipped; a fit"):
         report_of(replace(stored, observations=masked))
     with pytest.raises(TooFewStars, match="has 0 stars"):
         report_of(replace(stored, observations=()))
@@ -153,7 +153,7 @@ def test_the_recommendation_says_terms_rms_what_to_align_first_what_was_skipped_
     assert f"{report.fit.sky_rms_arcsec:.1f}″ RMS on these {report.fit.n} stars" in said
     assert f"{report.cross_validation_arcsec:.1f}″ where none was observed" in said
     assert "the polar axis is 1.0" in said
-    assert "1 places were skipped; `pointing-run show night` says why" in said
+    assert "skipped: 1 place; `pointing-run show night` says why" in said
     assert "`pointing-run fit night -o model.mod` writes the model, which `[mount] pointing_model` puts" in said
     html = report._repr_html_()
     assert "<li>" in html
@@ -196,3 +196,12 @@ def test_the_polar_axis_is_as_far_off_as_its_end_is_on_the_sky():
     (said,) = [each for each in report.recommendation if each.startswith("the polar axis")]
     print(said)
     assert said.startswith("the polar axis is 1.00")
+
+
+def test_a_scatter_beyond_that_of_the_witness_says_what_sigmas_mean():
+    runs = [kept(noise=noise) for noise in (2.0, 20.0)]
+    runs = [replace(each, observations=tuple(replace(seen, sigma_arcsec=2.0) for seen in each.observations))
+            for each in runs]  # fmt: skip
+    worm = [[text for text in report_of(each).recommendation if "mistrust terms below 6 ±" in text] for each in runs]
+    assert [len(each) for each in worm] == [0, 1]
+    assert "where their witness is good to 2.0″" in worm[1][0]

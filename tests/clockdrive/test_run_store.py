@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from clockdrive.errors import InputError, StateError
+from clockdrive.errors import InputError, Refused, StateError
 from clockdrive.run_store import FILE_NAME, Observation, PlacedStar, RunStore, StoredRun
 from pointing.run_plan import RunPlace
 
@@ -191,3 +191,34 @@ def test_a_store_that_another_process_holds_is_waited_for_no_longer_than_was_sai
             store.observed("night", 1, seen())
         other.close()
         store.observed("night", 1, seen())
+
+
+@pytest.mark.parametrize("name", ["", "  ", " night", "a\nb", "a\x1b[2J"])
+def test_a_name_that_cannot_be_read_on_a_line_is_no_name_of_a_run(store, name):
+    store.begin(run("night"))
+    with pytest.raises(InputError, match="printable characters on one line"):
+        store.begin(run(name))
+    with pytest.raises(InputError, match="printable characters on one line"):
+        store.rename("night", name)
+    assert store.names() == ("night",)
+
+
+def test_a_renamed_run_is_the_same_run(store):
+    store.begin(run("night", observations=(seen(),)))
+    store.begin(run("other"))
+    before = store.read("night")
+    store.rename("night", "cold night")
+    assert replace(store.read("cold night"), name="night") == before
+    with pytest.raises(InputError, match="there is a pointing run 'other' already"):
+        store.rename("cold night", "other")
+
+
+def test_a_run_that_is_being_taken_is_neither_deleted_nor_renamed_by_anybody(store, tmp_path):
+    store.begin(run("night"))
+    with RunStore(tmp_path, store.telescope) as taker, taker.taking("night"):
+        for change in (lambda: store.forget("night"), lambda: store.rename("night", "day")):
+            with pytest.raises(Refused, match="the run night is being taken: `clockdrive stop` first"):
+                change()
+    assert store.names() == ("night",)
+    store.forget("night")
+    assert store.names() == ()

@@ -129,3 +129,51 @@ def test_where_an_axis_cannot_go_it_stops_as_foretold_and_stands(kind, miss_deg,
         assert altitude <= {"apo": 85.0, "sdss": 90.0}[kind]
         assert all(axis.servo.velocity == 0.0 for axis in witness.device.axes)
         assert scope.status()["trouble"]
+
+
+@pytest.mark.parametrize("rotator", [{}, {"rotator__mode": "sky"}], ids=["alone", "with a rotator"])
+@pytest.mark.parametrize("shift_arcsec", [0.0, 5.0, 60.0, 3600.0])
+def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, rotator, tmp_path):
+    with apo_telescope("apo", tmp_path, **rotator) as scope:
+        witness, worst = ApoWitness(scope), 0.0
+        star = star_at(scope, 150.0, 50.0, scope.clock.now() + 60.0)
+        scope.goto(star)
+        for i in range(3):
+            scope.wait(7.0)
+            if shift_arcsec:
+                star = star_at(scope, 150.0, 50.0 + shift_arcsec / 3600.0 * (-1) ** i, scope.clock.now() + 10.0)
+            scope.goto(star)
+            worst = max(worst, *witness.tracked_arcsec(star, 13.0, 1.0))
+        print(f"{shift_arcsec}″: worst {worst:.4f}″")
+        assert worst < ON_TARGET
+        assert not witness.dry()
+
+
+def test_a_sync_while_tracking_leaves_the_rotator_holding_the_field(tmp_path):
+    with apo_telescope("apo", tmp_path, rotator__mode="sky") as scope:
+        star = star_at(scope, 150.0, 60.0, scope.clock.now() + 60.0)
+        scope.goto(star, position_angle_deg=40.0)
+        scope.wait(10.0)
+        scope.sync(star)
+        scope.wait(120.0)
+        status = scope.status()
+        print(f"position angle {status['rotator']['position_angle_deg']:.6f}° two minutes after the sync")
+        assert status["doing"] == "tracking"
+        assert status["rotator"]["mode"] == "sky"
+        assert status["rotator"]["position_angle_deg"] == pytest.approx(40.0, abs=1e-5)
+        assert not ApoWitness(scope).dry()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("altitude", [50.0, 80.0])
+def test_a_rotator_that_tracks_is_sent_a_short_way_to_another_angle(kind, altitude, tmp_path):
+    with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:
+        witness = ApoWitness(scope)
+        star = star_at(scope, 150.0, altitude, scope.clock.now() + 60.0)
+        scope.goto(star, position_angle_deg=40.0)
+        for angle in (40.0, 40.001, 40.01, 40.1, 39.99, 39.999, 40.0003):
+            scope.wait(9.0)
+            scope.goto(star, position_angle_deg=angle)
+            scope.wait(12.0)
+            assert scope.status()["rotator"]["position_angle_deg"] == pytest.approx(angle, abs=1e-5)
+        assert not witness.dry()

@@ -1,5 +1,6 @@
 """`clockdrive pointing-run`: a run is taken, resumed, looked at, fitted, masked, put in force and handed on."""
 
+import io
 import json
 
 import numpy as np
@@ -96,6 +97,10 @@ def test_an_interrupted_run_says_how_it_goes_on_and_does(run, monkeypatch):
     assert code == 130
     assert "what was seen is kept; `pointing-run resume` goes on with it" in err
     assert "night: equatorial, 3 observed, 3 to go: resume it" in run("list")[1]
+    seen[:] = [number for number in seen if number != 4]  # interrupted there again
+    code, out, _ = run("resume", "night", "--json")
+    assert code == 130
+    assert told(out) == {"ok": False, "reason": "interrupted", "run": "night"}
     code, out, err = run("resume", "--json")
     assert code == 0, err
     assert told(out)["run"]["observed"] == 6
@@ -120,7 +125,8 @@ def test_a_file_is_imported_listed_shown_fitted_masked_and_exported(run, file):
     assert (
         told(run("list", "--json")[1])["runs"][1]["masked"] == told(run("show", "old", "--json")[1])["run"]["masked"]
     )
-    assert run("forget", "old")[1].strip() == "old is deleted"
+    assert run("rename", "old", "older")[1].startswith("older: equatorial, 30 observed")
+    assert run("forget", "older")[1].strip() == "older is deleted"
     assert run("list")[1].startswith("copy:")
 
 
@@ -144,10 +150,41 @@ def test_stars_left_out_and_the_pole_are_heeded_where_no_terms_are_named(run, fi
         (("forget",), 2, "say which run to delete"),
         (("--witness", "nobody"), 1, "no witness 'nobody'; there is"),
         (("--witness", "encoders"), 2, "encoders see no sky"),
-        (("--stars", "0"), 1, "a run of 0 places: 1 to 1000 are possible"),
+        (("--stars", "0"), 2, "a run of 0 stars: give a whole number from 1 to 1000"),
+        (("--stars", "-3"), 2, "a run of -3 stars"),
+        (("--witness", "command:no-such-program"), 1, "no program 'no-such-program' is found"),
         (("--stars", "6", "-o", "nowhere/model.mod"), 1, "there is no folder 'nowhere'"),
     ],
 )
 def test_what_cannot_be_is_refused_with_a_sentence_before_anything_moves(run, words, code, says):
     found, out, err = run(*words)
     assert (found, says in err, out) == (code, True, ""), err
+
+
+@pytest.mark.parametrize("command", ["pointing-run", "polar-align"])
+def test_the_end_of_the_input_ends_what_a_person_types(run, monkeypatch, command):
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    code, out, err = run("--witness", "typed", "--settle", "0", command=command)
+    assert (code, out) == (1, "")
+    assert "nobody types any more" in err
+    assert err.count("RA and Dec of the centre") == 1  # nobody is asked at a second place
+    if command == "pointing-run":
+        assert "goes on" in err
+        assert "0 observed, 50 to go: resume it" in run("list")[1]
+
+
+def test_the_minutes_that_are_left_are_told_after_the_first_place(run):
+    _, _, err = run("--stars", "6")
+    left = [float(line.split("; ")[1].split(" min left")[0]) for line in err.splitlines() if " min left" in line]
+    print(f"minutes left: {left}")
+    assert len(left) == 6
+    assert left == sorted(left, reverse=True)
+    assert left[0] >= 1.0
+    assert left[-1] == 0.0
+
+
+def test_a_witness_is_tried_before_a_run(run):
+    code, out, _ = run("--try")
+    assert (code, out.startswith("seen at azimuth "), "nothing has moved" in out) == (0, True, True)
+    assert told(run("--try", "--json")[1])["off_arcsec"] > 100.0
+    assert run("list")[1].strip() == "no pointing runs yet"

@@ -110,3 +110,20 @@ def test_begun_anew_after_a_look_that_was_not_taken_before_which_nothing_is_writ
     assert "or begin anew (`n`" in err
     assert [each["looks"] for each in json.loads(out)["states"]] == [3, 3]
     assert file.read_text(encoding="utf-8") == kept
+
+
+def test_an_interruption_leaves_one_document_with_what_was_known(run, file, monkeypatch):
+    from clockdrive.aligning import Aligning
+
+    def interrupted(*_given, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Aligning, "look", interrupted)
+    code, out, _ = run("-c", file, "polar-align", "--settle", "0", "--json", typed="r\n")
+    answer = json.loads(out)
+    assert code == 130
+    assert (answer["ok"], answer["reason"], [each["looks"] for each in answer["states"]]) == (
+        False,
+        "interrupted",
+        [3],
+    )
