@@ -133,11 +133,6 @@ class ControlledAxis:
         self.queue.begin(line)
         return line
 
-    @property
-    def _answer_s(self) -> float:
-        """Seconds at least for which an answer that tells the time is on the line."""
-        return self.controller.answer_time(command("DRIFT"))
-
     def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
         """Ask until an answer follows from the one before; the first of all is asked for twice.
 
@@ -166,11 +161,11 @@ class ControlledAxis:
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
-        self._learn_delay(timed.received - timed.sent - self._answer_s)
+        self._learn_delay(timed.began - timed.sent)
         if not timed.value.clock_is_set:
             return (timed.sent + timed.received) / 2.0
         told = tai.posix(timed.value.time_tai_s, timed.received)
-        self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
+        self.clock_stepped |= self.offset.see(told, timed.sent, timed.began)
         return told - self.offset.value
 
     def _is_in_time(self, timed: Timed[_D]) -> bool:
