@@ -125,7 +125,7 @@ class ApoDrive:
     def notes(self) -> tuple[str, ...]:
         """Differences from the configuration, warnings of the controllers, clocks that are off."""
         clocks = (
-            f"{axis.name}: the controller's clock is {axis.offset.value:+.3f} s off; node times are corrected for it"
+            f"{axis.name}: the controller's clock is {axis.offset.value:+.4f} s off; node times are corrected for it"
             for axis in self._axes
             if axis.offset.value
         )
