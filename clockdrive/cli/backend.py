@@ -134,8 +134,8 @@ def backend(
         print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)
     elif wanted:
         print(
-            "clockdrive: the telescope was stopped, as its drive does not track by itself; `clockdrive run` in another "
-            "terminal goes on tracking",
+            "clockdrive: the telescope was stopped, as its drive does not track by itself; `clockdrive run` in "
+            "another terminal goes on tracking",
             file=sys.stderr,
         )
 

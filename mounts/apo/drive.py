@@ -91,7 +91,7 @@ class ApoDrive:
 
     @property
     def capabilities(self) -> Capabilities:
-        """It has a position and a stop, and takes nodes. Alone it drifts in straight lines, off any star in a minute."""
+        """It has a position and a stop, and takes nodes. Alone it drifts in a line, off any star in a minute."""
         return Capabilities(
             has_position=True,
             can_stop=True,
