@@ -28,7 +28,7 @@ _D = TypeVar("_D", bound=Drift)
 _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
 _BRAKES = 3.0  # times the configured acceleration, which a stop may reach
 _JOLTS = 20.0  # likewise, between two answers on each other's heels: a servo changes its velocity in steps
-_FORGETS = 0.8  # from node to node, of how slow one was
+_FORGETS = 0.8  # from answer to answer, of how late one was
 _LATE_S = 0.01
 _STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
@@ -85,7 +85,7 @@ class ControlledAxis:
         self._raw: Drift | None = None  # the last answer that told position and time
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._slew_clock = ClockLine()  # by which they are timed
-        self._exchange_s = 0.0  # that a node took lately
+        self._delay_s = 0.0  # of the answers lately, besides their time on the line
 
     @property
     def name(self) -> str:
@@ -133,11 +133,6 @@ class ControlledAxis:
         self.queue.begin(line)
         return line
 
-    @property
-    def _answer_s(self) -> float:
-        """Seconds at least for which an answer that tells the time is on the line."""
-        return self.controller.answer_time(command("DRIFT"))
-
     def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
         """Ask until an answer follows from the one before; the first of all is asked for twice.
 
@@ -165,11 +160,12 @@ class ControlledAxis:
         )
 
     def _seen(self, timed: Timed[_D]) -> float:
-        """Learn the clock's offset from an answer; return the POSIX time that it speaks of."""
+        """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
+        self._learn_delay(timed.began - timed.sent)
         if not timed.value.clock_is_set:
             return (timed.sent + timed.received) / 2.0
         told = tai.posix(timed.value.time_tai_s, timed.received)
-        self.clock_stepped |= self.offset.see(told, timed.sent, max(timed.sent, timed.received - self._answer_s))
+        self.clock_stepped |= self.offset.see(told, timed.sent, timed.began)
         return told - self.offset.value
 
     def _is_in_time(self, timed: Timed[_D]) -> bool:
@@ -236,12 +232,12 @@ class ControlledAxis:
         clock = self.offset.line if clock is None else clock
         # Added to the second of the day: a POSIX time has digits of 0.24 µs only, which a short phase's jerk shows.
         when = (tai.seconds_of_day(node.time) + clock.at(node.time)) % tai.DAY_S
-        velocity = node.velocity / (1.0 + clock.gain)
+        what = command("MOVE", node.position, node.velocity / (1.0 + clock.gain), when)
         try:
-            answer = self.asked(lambda: self.controller.tell("MOVE", node.position, velocity, when))
+            answer = self.asked(lambda: self.controller.ask(what))
         except DriveRefused as error:
             raise DriveRefused(f"{error}, and drive.max_nodes") from error
-        self._exchange_s = max(answer.received - answer.asked, _FORGETS * self._exchange_s)
+        self._learn_delay(answer.received - answer.asked - self.controller.line_time(what))
         self.queue.append(node)
 
     def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
@@ -318,9 +314,12 @@ class ControlledAxis:
 
     @property
     def exchange_s(self) -> float:
-        """Seconds that a node takes with its answer: as seen lately, at least its time on the line."""
+        """Seconds that a node takes with its answer: its time on the line, and the delay that answers had lately."""
         longest = command("MOVE", -self.settings.highest_deg, -self.settings.max_speed_deg_s, 86399.0)
-        return max(self._exchange_s, self.controller.line_time(longest))
+        return self._delay_s + self.controller.line_time(longest)
+
+    def _learn_delay(self, seconds: float) -> None:
+        self._delay_s = max(seconds, _FORGETS * self._delay_s)
 
     def asked(self, work: Callable[[], _T]) -> _T:
         """Name the axis in whatever goes wrong."""

@@ -2,18 +2,23 @@
 
 The controller read its clock somewhere between the end of the request and the end of the answer, and printed it to a
 millisecond: each answer bounds the offset from both sides. The middle of the bounds counts, of the quickest answers,
-for the longer one was under way, the less its middle says. A clock that is off by no more than its printed digit, as
-far as anyone can tell, is taken to be right.
+for the longer one was under way, the less its middle says. A clock is taken to be right where no middle is farther
+off than rounding makes it, or their mean no farther than their spread; any other keeps the mean. What remains, if
+times are cut and not rounded, or all answers come at the same part of a millisecond, is half of one: 1.8″ at 1°/s.
 """
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 _PRINTED_S = 0.001  # to which times are printed, rounded or cut
 _KEPT_S = 60.0
 _MOST = 64  # answers
 _TELLING_S = 20.0  # over which answers tell how fast the offset changes
 _FEW, _CERTAIN = 5, 4.0  # answers, and standard deviations, below which a gain is none
+_CHANCE = 3.0  # standard deviations of the mean, within which it says nothing
+_ROUNDING_S = 1e-6  # of POSIX times in floats
 _QUICK = 1.5  # times the quickest round trip
 _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
 
@@ -112,7 +117,14 @@ class ClockOffset:
             gain = sum((sight.time - last - time) * (sight.middle - middle) for sight in quick) / spread
             left = sum((sight.middle - middle - gain * (sight.time - last - time)) ** 2 for sight in quick)
             gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread and abs(gain) * span > 2.0 * _PRINTED_S
-        off = middle - gain * time
-        right = abs(off) <= _PRINTED_S and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
-        self.value, self._gain = (0.0, 0.0) if right else (off, gain)
+        self.value, self._gain = (0.0, 0.0) if self._right(quick) else (middle - gain * time, gain)
         self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))
+
+    def _right(self, quick: Sequence[_Sight]) -> bool:
+        """Whether the clock may be right, for all that the quick answers say; no answer speaks against it."""
+        middles = [sight.middle for sight in quick]
+        mean = sum(middles) / len(middles)
+        spread = sqrt(sum((middle - mean) ** 2 for middle in middles)) / len(middles)
+        rounded = max(map(abs, middles)) <= _PRINTED_S / 2.0 + _ROUNDING_S
+        by_chance = abs(mean) <= min(_CHANCE * spread, _PRINTED_S)
+        return (rounded or by_chance) and all(sight.low <= 0.0 <= sight.high for sight in self._sights)

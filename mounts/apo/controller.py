@@ -39,10 +39,11 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True)
 class Timed(Generic[_Value]):
-    """A value, and the POSIX times between which the controller took it."""
+    """A value, the POSIX times between which the controller took it, and when all of the answer was here."""
 
     value: _Value
     sent: float
+    began: float
     received: float
 
 
@@ -110,18 +111,13 @@ class Controller:
         """Return the seconds that a command with its answer takes on the line."""
         return self._line.time_of(self._text(what))
 
-    def answer_time(self, what: Command) -> float:
-        """Return the seconds for which the echo and answer alone of a command are on the line."""
-        text = self._text(what)
-        return self._line.time_of(text) * (len(text) + 33) / (2 * len(text) + 34)
-
     def status(self) -> Timed[Status]:
         """Ask STATUS; on the SDSS this clears its sticky bits, so whoever asks keeps them.
 
         An SDSS answer that is lost on the way takes the bits with it; what still holds is there in the next.
         """
         answer = self.tell("STATUS")
-        return Timed(parse_status(answer.reply, self._kind), answer.sent, answer.received)
+        return Timed(parse_status(answer.reply, self._kind), answer.sent, answer.began, answer.received)
 
     def confirmed_status(self, max_acceleration: float) -> Timed[Status]:
         """Ask STATUS until an answer continues the one before, so that no digit of it was garbled on the way.
@@ -159,7 +155,7 @@ class Controller:
     def drift(self) -> Timed[Drift]:
         """Let the axis go on at its present velocity, and ask on what line."""
         answer = self.tell("DRIFT")
-        return Timed(parse_drift(answer.reply), answer.sent, answer.received)
+        return Timed(parse_drift(answer.reply), answer.sent, answer.began, answer.received)
 
     def identity(self) -> Identity:
         """Ask ID."""

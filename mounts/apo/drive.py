@@ -91,7 +91,7 @@ class ApoDrive:
 
     @property
     def capabilities(self) -> Capabilities:
-        """It has a position and a stop, and takes nodes. Alone it drifts in straight lines, off any star."""
+        """It has a position and a stop, and takes nodes. Alone it drifts in a line, off any star in a minute."""
         return Capabilities(
             has_position=True,
             can_stop=True,
@@ -125,7 +125,7 @@ class ApoDrive:
     def notes(self) -> tuple[str, ...]:
         """Differences from the configuration, warnings of the controllers, clocks that are off."""
         clocks = (
-            f"{axis.name}: the controller's clock is {axis.offset.value:+.3f} s off; node times are corrected for it"
+            f"{axis.name}: the controller's clock is {axis.offset.value:+.4f} s off; node times are corrected for it"
             for axis in self._axes
             if axis.offset.value
         )

@@ -71,6 +71,8 @@ class Answer:
         POSIX time before any of the request was given to the link.
     sent : float
         POSIX time at which its last byte left; the controller acts from then on.
+    began : float
+        POSIX time at which its first byte can have left at the latest, by the line's speed.
     received : float
         POSIX time at which the whole answer was here.
     """
@@ -78,6 +80,7 @@ class Answer:
     reply: Reply
     asked: float
     sent: float
+    began: float
     received: float
 
 
@@ -229,7 +232,8 @@ class Line:
             self.close()
             raise
         self._missing.clear()
-        return Answer(reply, self._last_asked, sent, received)
+        began = max(sent, received - self._byte_time * reply.size)
+        return Answer(reply, self._last_asked, sent, began, received)
 
     def _await(self, link: Link, text: str, sent: float, wait_s: float) -> Reply:
         """Return the reply that echoes `text`."""

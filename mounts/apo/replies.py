@@ -8,7 +8,7 @@ it then belongs to no command, and the line is in doubt.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mounts.apo.errors import MalformedReply
 
@@ -30,11 +30,14 @@ class Reply:
         The data, without blanks at the ends, without the error.
     error : str
         What stood behind `ERR:`; empty where the command was accepted.
+    size : int
+        Bytes that came for it, line ends included; what is compared is what it says, not this.
     """
 
     echo: str
     lines: tuple[str, ...] = ()
     error: str = ""
+    size: int = field(default=0, compare=False)
 
     @property
     def ok(self) -> bool:
@@ -49,6 +52,7 @@ class ReplyDecoder:
         self._tail = b""  # of the line under way
         self._lines: list[str] = []
         self._held = 0
+        self._size = 0  # bytes of it with its line ends
 
     @property
     def begun(self) -> str:
@@ -63,9 +67,13 @@ class ReplyDecoder:
         MalformedReply
             More came without an `OK` than any reply has; all of it is forgotten.
         """
-        *whole, tail = _LINE_END.split(self._tail + data)
-        replies = [reply for raw in whole if (reply := self._take(raw.decode("latin-1").strip()))]
-        self._tail = tail
+        data, begin, replies = self._tail + data, 0, []
+        for end in _LINE_END.finditer(data):
+            self._size += end.end() - begin
+            if reply := self._take(data[begin : end.start()].decode("latin-1").strip()):
+                replies.append(reply)
+            begin = end.end()
+        self._tail = tail = data[begin:]
         if self._held + len(tail) > MAX_REPLY:
             self._tail = b""
             self._reset()
@@ -81,15 +89,15 @@ class ReplyDecoder:
             self._held += len(text) + 1
         if not ends:
             return None
-        reply = _reply(self._lines)
+        reply = _reply(self._lines, self._size)
         self._reset()
         return reply
 
     def _reset(self) -> None:
-        self._lines, self._held = [], 0
+        self._lines, self._held, self._size = [], 0, 0
 
 
-def _reply(lines: list[str]) -> Reply:
+def _reply(lines: list[str], size: int) -> Reply:
     """Return the reply of these lines; the first of several errors is the reason."""
     kept, errors = [], []
     for line in lines:
@@ -99,4 +107,4 @@ def _reply(lines: list[str]) -> Reply:
         if rest := (line[: error.start()].rstrip() if error else line):
             kept.append(rest)
     echo, *data = kept or [""]
-    return Reply(echo, tuple(data), errors[0] if errors else "")
+    return Reply(echo, tuple(data), errors[0] if errors else "", size)

@@ -41,6 +41,25 @@ def test_an_offset_is_found_within_its_stated_uncertainty():
     assert worst < 0.0011
 
 
+@pytest.mark.parametrize("offset", [-0.9e-3, -0.6e-3, 0.3e-3, 0.9e-3])
+def test_an_offset_below_the_printed_digit_is_found_where_answers_differ_in_it(offset):
+    found = ClockOffset()
+    for k in range(64):
+        sent = 1_800_000_000.0 + 0.7137618 * k  # another part of a millisecond each time
+        found.see(round(sent + 0.001 + offset, 3), sent, sent + 0.002)
+    missed = found.value - offset
+    print(f"{1e3 * offset:+.1f} ms: {1e3 * missed:+.4f} ms off, {3600.0 * abs(missed):.2f}″ at 1°/s")
+    assert abs(missed) < 5e-5
+
+
+def test_a_right_clock_asked_at_the_same_part_of_each_millisecond_is_taken_to_be_right():
+    found = ClockOffset()
+    for k in range(64):
+        sent = 1_800_000_000.0004 + k
+        found.see(round(sent + 0.001, 3), sent, sent + 0.002)
+    assert found.value == 0.0
+
+
 def test_a_slow_way_states_a_large_uncertainty():
     found, _ = watched(0.2, way_s=(0.3, 0.3), looks=10)
     assert found.uncertainty_s > 0.05
