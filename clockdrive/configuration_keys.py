@@ -234,6 +234,8 @@ _DRIVE = (
         choices=("halt", "extrapolate"), drives=_NODES),
     Key("drive", "landing", "text", "each", "whether the axes arrive each as soon as it can, or all together",
         choices=("each", "together"), drives=_NODES),
+    Key("drive", "stow", "flag", default=False,
+        meaning="`park` ends with the controllers' own stow, `P`, within a degree of park_deg", drives=_NODES),
     Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 4, 1000, drives=_NODES),
     Key("drive", "axis_select", "text", "prefix",
         "how an axis is named on the shared line: by a word before each command, or on a line of its own",

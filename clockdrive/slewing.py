@@ -11,7 +11,7 @@ from clockdrive.pursuit import Pursuit
 from clockdrive.session import MOVING, Session
 from clockdrive.state import Activity
 from clockdrive.waiting import Waiting
-from mounts.drive import AxisSlew, Reading
+from mounts.drive import AxisSlew, Reading, Stowing
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
 from pointing.plan import Plan, Timing
@@ -214,8 +214,25 @@ class Slewing:
         session.require_free(parked=parked)
         session.poll()
         plan = yield from self._rest_at(name, angles, report, parks=parked)
+        if parked:
+            yield from self._stow()
         session.now_doing("idle")
         return plan
+
+    def _stow(self) -> Steps[None]:
+        """Let parked axes go to the stow of a drive that has one."""
+        session = self._session
+        with self._stopped_on_failure():
+            if not isinstance(session.drive, Stowing) or not session.drive.stow(session.clock.now()):
+                return
+            slews = True
+            while slews:
+                yield _SLEW_PERIOD_S
+                reading = session.poll()
+                if reading is None:
+                    self._give_up_on_silence()
+                else:
+                    slews = any(axis.slewing for axis in reading.axes)
 
     def _rest_at(self, name: str, angles: tuple[float, float], report: Report, *, parks: bool = False) -> Steps[Plan]:
         """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way.

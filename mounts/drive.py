@@ -7,7 +7,7 @@ Decision record 0001 shows on paper that the four drives fit.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from pointing.plan import Leading, Units
 from pointing.slew import SlewModel
@@ -167,4 +167,13 @@ class Drive(Protocol):
 
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """Leave the drive safe and close the link; with `keep_tracking` it goes on at its present rates."""
+        ...
+
+
+@runtime_checkable
+class Stowing(Protocol):
+    """A drive whose controllers know a stow of their own."""
+
+    def stow(self, time: float) -> bool:
+        """Let parked axes go to it, if that is configured; return whether they do, and read as slewing meanwhile."""
         ...

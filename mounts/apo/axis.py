@@ -278,6 +278,11 @@ class ControlledAxis:
         self.asked(lambda: self.controller.tell("STOP" if abruptly else "MOVE"))
         self._forget_path()
 
+    def stow(self) -> None:
+        """Let the controller drive the axis to its stow position, which it alone knows."""
+        self.asked(lambda: self.controller.tell("P"))
+        self._forget_path()
+
     def initialise(self) -> None:
         """Halt and clear the sticky bits."""
         self.asked(lambda: self.controller.tell("INIT"))

@@ -44,6 +44,8 @@ _ABRUPT = 10.0  # times the configured acceleration, with which a stop button or
 _SLOW_DEG_S = 0.1  # of an axis that may be synchronised while it tracks
 _BRAKING = 1000  # looks, each as long as an exchange, in which an axis must have come to rest
 _READ_BACK_DEG = 2e-5
+_STOW_DEG = 1.0  # from the park position, within which a stow must lie: the way there is checked by nobody
+_STOWS_S = 2.0  # in which an axis must have begun to go there
 
 
 class ApoDrive:
@@ -81,6 +83,8 @@ class ApoDrive:
         self._holding = [False] * len(axes)  # at the end of a slew that ended at rest
         self._halted: float | None = None  # POSIX seconds, while the axes may still move after a MOVE
         self._heard = [-math.inf] * len(axes)
+        self._stowing: dict[int, float] = {}  # axes on the way to their stow, and where they were parked
+        self._stowed = 0.0  # POSIX seconds since when
         self._silent: dict[int, TransportError] = {}  # axes that did not answer when looked at last, and why
         self._planned: dict[int, Callable[[PathNode, float], Meeting]] = {}  # the way of each axis, from any drift
 
@@ -187,7 +191,7 @@ class ApoDrive:
                 raise DriveRefused(f"{trouble}; all axes were halted")
         self._require_answers(time)
         reading = self._reading(list(sights.values()))
-        if reading.alarms and any(axis.queue.last for axis in self._axes):
+        if reading.alarms and self._led:
             self._halt_what_answers(time)
         return reading
 
@@ -209,7 +213,7 @@ class ApoDrive:
             return
         first = self._silent[min(self._silent)]
         lost = max(time - self._heard[i] for i in self._silent)
-        if lost > _SILENT_S and any(axis.queue.last for axis in self._axes):
+        if lost > _SILENT_S and self._led:
             names = " and ".join(self._axes[i].name for i in sorted(self._silent))
             self._halt_what_answers(time)
             raise DriveRefused(f"{names}: no answer for {lost:.1f} s; MOVE halted all axes that answer: {first}")
@@ -226,10 +230,15 @@ class ApoDrive:
             if self._holding[i] and self._arrivals[i] is None and sight.time >= axis.queue.ends - _HOLD_S + _LANDED_S:
                 axis.halt()
                 self._holding[i] = False
-        if self._halted is None or not sights:
+        if not sights:
             return
         latest = max(sight.time for sight in sights.values())
-        if not self._silent and all(abs(sight.velocity) < _MOVES for sight in sights.values()):
+        stand = not self._silent and all(abs(sight.velocity) < _MOVES for sight in sights.values())
+        if stand and latest > self._stowed + _STOWS_S:
+            self._stowing = {}
+        if self._halted is None:
+            return
+        if stand:
             self._halted = None
         elif latest > self._halted + self._stopping_s + _STOPS_IN_S:
             self._halt_all(latest, abruptly=True)
@@ -257,6 +266,11 @@ class ApoDrive:
                     i, f"{axis.name}: its position has jumped by {jumped:.4f}°, lost or set by somebody; `sync`"
                 )
                 return self._trust.unsynchronised
+            if abs(sight.position - self._stowing.get(i, sight.position)) > _STOW_DEG:
+                return (
+                    f"{axis.name}: its stow lies more than {_STOW_DEG:g}° from {self._stowing[i]:.4f}°, where it was "
+                    "parked; set park_deg to the stow, or drive.stow = false"
+                )
             if text := supervision.off_its_path(axis, sight):
                 return text
             if axis.queue.is_path and sight.time > axis.queue.ends + 0.5:
@@ -273,7 +287,8 @@ class ApoDrive:
             unsure = sight.uncertainty + self._unseen(i, sight.velocity, late)
             unsure += abs(here[0] - carried) if here else 0.0
             unsure += _ANYWHERE_DEG if i in self._trust.lost_axes else 0.0
-            axes.append(AxisReading(carried, unsure, sight.velocity, self._arrivals[i] is not None))
+            slews = self._arrivals[i] is not None or i in self._stowing
+            axes.append(AxisReading(carried, unsure, sight.velocity, slews))
         self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
         clocks = filter(None, (axis.clock_trouble() for axis in self._axes))
         slewing, tracking = any(axis.slewing for axis in axes), self._follower.active
@@ -294,7 +309,7 @@ class ApoDrive:
     @property
     def _led(self) -> bool:
         """Whether any axis has something of ours to do."""
-        return any(axis.queue.last for axis in self._axes)
+        return bool(self._stowing) or any(axis.queue.last for axis in self._axes)
 
     def _unseen(self, i: int, velocity: float, late: float) -> float:
         """By how far an axis may be off the line on which it was seen, degrees: it may have been stopped since.
@@ -417,6 +432,32 @@ class ApoDrive:
             self._halt_what_answers(time)
             raise
 
+    def stow(self, time: float) -> bool:
+        """Let parked axes go to the stow that their controllers know, by `P`, where that is configured.
+
+        One that goes farther than a degree is halted with all others, by `read`.
+
+        Returns
+        -------
+        bool
+            Whether they do.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused, TransportError
+            As for `start`.
+        """
+        if not self._settings.stows:
+            return False
+        self._require_ready()
+        self._follower.end()
+        self._halted, self._stowed = None, time
+        with self._halted_on_failure(time):
+            for i, axis in enumerate(self._axes):
+                self._stowing[i] = axis.look().position
+                axis.stow()
+        return True
+
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Set the position of each axis: where it was at `time` is `counts`. Tracking axes are halted for it.
 
@@ -513,6 +554,7 @@ class ApoDrive:
     def _halt_all(self, time: float, *, abruptly: bool = False) -> None:
         """Tell every axis, silent ones last as each costs its time-outs, and raise the first error only then."""
         self._follower.end()
+        self._stowing = {}
         errors: list[DriveError | TransportError] = []
         for i in sorted(range(len(self._axes)), key=lambda i: i in self._silent):
             axis = self._axes[i]
@@ -549,6 +591,7 @@ class ApoDrive:
             axis.look()
 
     def _require_ready(self) -> None:
+        self._stowing = {}
         if self._trust.unsynchronised:
             raise Unsynchronised(self._trust.unsynchronised)
         for i, axis in enumerate(self._axes):

@@ -32,5 +32,6 @@ class ApoSettings:
     axes: tuple[AxisSettings, ...]
     on_expiry: OnExpiry = "halt"
     max_nodes: int = 32
+    stows: bool = False  # whether `park` ends with the controllers' own stow
     together: bool = False  # whether an axis that would arrive first begins later
     meaning: str = ""  # by which degrees become places; those synchronised under another one mean nothing

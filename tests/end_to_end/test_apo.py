@@ -1,12 +1,15 @@
 """Axis controllers from command to sky: on target at the announced moment, and kept there."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from apo_bench import MIDNIGHT, NIGHT, ApoWitness, apo_telescope, rms
 from orbit import Overhead
 from telescope_bench import star_at
 
+from clockdrive.errors import Refused
+from mounts.errors import DriveRefused
 from pointing.errors import Unreachable
 from pointing.instant import Instant
 
@@ -236,3 +239,38 @@ def test_a_rotator_that_tracks_is_sent_a_short_way_to_another_angle(kind, altitu
             scope.wait(12.0)
             assert scope.status()["rotator"]["position_angle_deg"] == pytest.approx(angle, abs=1e-5)
         assert not witness.dry()
+
+
+def _with_stows(scope, off_deg):
+    """Let the stow of the altitude axis lie beside the park position that is configured."""
+    axis = scope.simulator.axes[1]
+    axis.hardware = replace(axis.hardware, stow_deg=axis.hardware.stow_deg + off_deg)
+    return axis.hardware.stow_deg
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("stow", [True, False])
+def test_park_ends_at_the_controllers_own_stow_where_that_is_wanted(kind, stow, tmp_path):
+    with apo_telescope(kind, tmp_path, drive__stow=stow) as scope:
+        witness, park = ApoWitness(scope), scope.simulator.axes[1].hardware.stow_deg
+        beside = _with_stows(scope, 0.3)
+        scope.goto(star_at(scope, 20.0, 50.0, scope.clock.now() + 60.0))
+        scope.park()
+        assert scope.status()["doing"] == "parked"
+        assert witness.now()[1] == pytest.approx(beside if stow else park, abs=1e-4)
+        assert [axis.servo.velocity for axis in scope.simulator.axes] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_stow_far_from_the_park_position_is_halted_before_the_axis_is_there(kind, tmp_path):
+    with apo_telescope(kind, tmp_path, drive__stow=True) as scope:
+        witness, park = ApoWitness(scope), scope.simulator.axes[1].hardware.stow_deg
+        _with_stows(scope, 20.0)
+        scope.goto(star_at(scope, 20.0, 50.0, scope.clock.now() + 60.0))
+        with pytest.raises((Refused, DriveRefused), match=r"altitude: its stow lies more than 1° from .*park_deg"):
+            scope.park()
+        scope.wait(20.0)
+        print(f"{kind}: stands {witness.now()[1] - park:.2f}° from the park position")
+        assert abs(witness.now()[1] - park) < 4.0
+        assert [axis.servo.velocity for axis in scope.simulator.axes] == [0.0, 0.0]
+        assert scope.status()["doing"] == "idle"
