@@ -228,6 +228,43 @@ def test_an_absent_axis_is_named_when_connecting():
         bench.connected()
 
 
+@pytest.mark.parametrize("follows", [False, True])
+@pytest.mark.parametrize("number", ["position", "velocity", "time"])
+@pytest.mark.parametrize("digit", [1e-3, 1e-2, 0.07, 1.0])
+def test_a_digit_garbled_in_one_answer_is_never_believed(number, digit, follows, monkeypatch):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    for _ in range(20):
+        if follows:
+            bench.follow(path, 1.0)
+        bench.run(1.0)
+    honest, column, garbled = _Cuttable.receive, ("position", "velocity", "time").index(number), []
+
+    def receive(self, data, t):
+        answer = honest(self, data, t)
+        if b"STATUS" in answer and self.i == 0 and not garbled:
+            words = answer.split(b"\r\n")[1].split()
+            before, decimals = words[column], len(words[column].split(b".")[1])
+            garbled.append(b"%.*f" % (decimals, float(before) + digit))
+            return answer.replace(before, garbled[0], 1)
+        return answer
+
+    monkeypatch.setattr(_Cuttable, "receive", receive)
+    for seconds in (0.5, 1.0, 2.0):
+        garbled.clear()
+        bench.clock.sleep(seconds)
+        reading = bench.drive.read(bench.clock.now())
+        axis = reading.axes[0]
+        late = bench.clock.now() - reading.time
+        off = 3600.0 * abs(axis.counts + axis.rate * late - bench.true(0))
+        unsure = 3600.0 * axis.uncertainty_counts
+        print(f"{number} {digit:g} after {seconds} s: {off:.3f}″ off, ± {unsure:.3f}″ stated")
+        assert garbled
+        assert off <= unsure
+        assert unsure < 0.2
+        assert not reading.unsynchronised
+
+
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
     bench = Bench("sdss").connected()
     bench.device.axes[0].fail("semaphore_taken")
