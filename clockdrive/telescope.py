@@ -741,6 +741,11 @@ class Telescope:
 
     # Leaving ---------------------------------------------------------------------------------------------------
 
+    @property
+    def is_tracking(self) -> bool:
+        """Whether it follows a target, as far as was last seen."""
+        return self._session.doing == "tracking"
+
     def close(self, *, keep_tracking: bool = False) -> bool:
         """Leave the drive safe and give up the telescope; return whether it goes on tracking."""
         if self._closed:

@@ -129,8 +129,15 @@ def backend(
         with _told():
             telescope.close(keep_tracking=keep_tracking)
         raise
+    wanted = owning.leaves_tracking and telescope.is_tracking
     if telescope.close(keep_tracking=owning.leaves_tracking):
         print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)
+    elif wanted:
+        print(
+            "clockdrive: the telescope was stopped, as its drive does not track by itself; `clockdrive run` in "
+            "another terminal goes on tracking",
+            file=sys.stderr,
+        )
 
 
 @contextmanager

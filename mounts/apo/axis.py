@@ -274,10 +274,20 @@ class ControlledAxis:
         self.feed(-math.inf, most)
 
     def feed(self, time: float, most: int) -> None:
-        """Give what waits for room in the buffer, of so many nodes, at POSIX `time`."""
+        """Give what waits for room in the buffer, of so many nodes, at POSIX `time`.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `send`; nothing waits any more, as the way from there on must be planned anew.
+        """
         while self._waiting and self.queue.pending(time) < most:
-            self.send(self._waiting[0], self._slew_clock)
-            self._waiting.popleft()
+            node = self._waiting.popleft()
+            try:
+                self.send(node, self._slew_clock)
+            except BaseException:
+                self._waiting.clear()
+                raise
 
     @property
     def waiting(self) -> Sequence[PathNode]:

@@ -81,6 +81,8 @@ class ApoDrive:
         self._holding = [False] * len(axes)  # at the end of a slew that ended at rest
         self._halted: float | None = None  # POSIX seconds, while the axes may still move after a MOVE
         self._heard = [-math.inf] * len(axes)
+        self._silent: dict[int, TransportError] = {}  # axes that did not answer when looked at last, and why
+        self._planned: dict[int, Callable[[PathNode, float], Meeting]] = {}  # the way of each axis, from any drift
 
     @property
     def axes(self) -> tuple[ControlledAxis, ...]:
@@ -89,13 +91,13 @@ class ApoDrive:
 
     @property
     def capabilities(self) -> Capabilities:
-        """It has a position and a stop, takes nodes, and drifts on alone."""
+        """It has a position and a stop, and takes nodes. Alone it drifts in a line, off any star in a minute."""
         return Capabilities(
             has_position=True,
             can_stop=True,
             rate_control=True,
             path_nodes=True,
-            holds_rate_alone=True,
+            holds_rate_alone=False,
             units="degrees",
         )
 
@@ -178,60 +180,74 @@ class ApoDrive:
         DriveRefused
             A controller has restarted, an axis is off its path, a clock is wrong; all were halted.
         """
-        sights = self._look_at_all(time)
-        self._settle(sights)
-        if trouble := self._trouble(sights):
-            self._halt_what_answers(time)
-            raise DriveRefused(f"{trouble}; all axes were halted")
-        reading = self._reading(sights)
+        sights = self._look_at_all()
+        with self._halted_on_failure(time):
+            self._settle(sights)
+            if trouble := self._trouble(sights):
+                raise DriveRefused(f"{trouble}; all axes were halted")
+        self._require_answers(time)
+        reading = self._reading(list(sights.values()))
         if reading.alarms and any(axis.queue.last for axis in self._axes):
             self._halt_what_answers(time)
         return reading
 
-    def _look_at_all(self, time: float) -> list[Sight]:
-        sights, silent = [], []
-        for i, axis in enumerate(self._axes):
+    def _look_at_all(self) -> dict[int, Sight]:
+        """Look at every axis; what answers is to be judged, whatever is silent."""
+        sights: dict[int, Sight] = {}
+        self._silent, before = {}, self._silent
+        for i in sorted(range(len(self._axes)), key=lambda i: i in before):
             try:
-                sights.append(axis.look())
-                self._heard[i] = sights[-1].time
+                sights[i] = self._axes[i].look()
+                self._heard[i] = sights[i].time
             except TransportError as error:
-                silent.append((i, error))
-        if not silent:
-            return sights
-        lost = [time - self._heard[i] for i, _ in silent]
-        if max(lost) > _SILENT_S and any(axis.queue.last for axis in self._axes):
-            self._halt_what_answers(time)
-            names = " and ".join(self._axes[i].name for i, _ in silent)
-            raise DriveRefused(
-                f"{names}: no answer for {max(lost):.1f} s; MOVE halted all axes that answer: {silent[0][1]}"
-            )
-        raise silent[0][1]
+                self._silent[i] = error
+        return dict(sorted(sights.items()))
 
-    def _settle(self, sights: Sequence[Sight]) -> None:
+    def _require_answers(self, time: float) -> None:
+        """Raise what a silent axis raised; halt all others first where it has been silent for long."""
+        if not self._silent:
+            return
+        first = self._silent[min(self._silent)]
+        lost = max(time - self._heard[i] for i in self._silent)
+        if lost > _SILENT_S and any(axis.queue.last for axis in self._axes):
+            names = " and ".join(self._axes[i].name for i in sorted(self._silent))
+            self._halt_what_answers(time)
+            raise DriveRefused(f"{names}: no answer for {lost:.1f} s; MOVE halted all axes that answer: {first}")
+        raise first
+
+    def _settle(self, sights: Mapping[int, Sight]) -> None:
         """End what has come to its end: slews that landed, stops that came to rest."""
-        for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
-            axis.feed(sight.time, self._settings.max_nodes)
+        for i, sight in sights.items():
+            axis = self._axes[i]
+            self._feed(i, sight.time)
             due = self._arrivals[i]
             if due is not None and sight.time >= due:
                 self._arrivals[i] = None
             if self._holding[i] and self._arrivals[i] is None and sight.time >= axis.queue.ends - _HOLD_S + _LANDED_S:
                 axis.halt()
                 self._holding[i] = False
-        if self._halted is None:
+        if self._halted is None or not sights:
             return
-        if all(abs(sight.velocity) < _MOVES for sight in sights):
+        latest = max(sight.time for sight in sights.values())
+        if not self._silent and all(abs(sight.velocity) < _MOVES for sight in sights.values()):
             self._halted = None
-        elif max(sight.time for sight in sights) > self._halted + self._stopping_s + _STOPS_IN_S:
-            for axis in self._axes:
-                axis.halt(abruptly=True)
-            self._halted = max(sight.time for sight in sights)
+        elif latest > self._halted + self._stopping_s + _STOPS_IN_S:
+            self._halt_all(latest, abruptly=True)
+
+    def _feed(self, i: int, time: float) -> None:
+        """Give an axis the nodes that wait for room; where one is in doubt its way is planned anew."""
+        try:
+            self._axes[i].feed(time, self._settings.max_nodes)
+        except (DriveRefused, TransportError):
+            self._led_by(i, self._planned[i])
 
     @property
     def _stopping_s(self) -> float:
         return max(axis.max_speed_deg_s / axis.acceleration_deg_s2 for axis in self._settings.axes)
 
-    def _trouble(self, sights: Sequence[Sight]) -> str:
-        for i, (axis, sight) in enumerate(zip(self._axes, sights, strict=True)):
+    def _trouble(self, sights: Mapping[int, Sight]) -> str:
+        for i, sight in sights.items():
+            axis = self._axes[i]
             if axis.word.restarted:
                 self._free(i)
                 return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
@@ -336,6 +352,7 @@ class ApoDrive:
     def _led_by(self, i: int, planned: Callable[[PathNode, float], Meeting]) -> tuple[PathNode, ...]:
         """Let an axis drift, plan from there, and give its nodes; anew where one of them is in doubt."""
         axis = self._axes[i]
+        self._planned[i] = planned
         line_time = _SLEW_NODES * axis.exchange_s
         for attempt in range(_ATTEMPTS):
             line = axis.drift()
@@ -483,28 +500,25 @@ class ApoDrive:
             self._remember(self.memory)
         return given
 
-    def close(self, time: float, *, keep_tracking: bool) -> None:
-        """Leave the axes drifting at their present velocities, or halt them; close the lines."""
+    def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - see `capabilities`
+        """Halt all axes, as none holds its rate alone; close the lines."""
         try:
-            if keep_tracking and self._follower.active:
-                for axis in self._axes:
-                    axis.drift()
-            else:
-                self._halt_all(time)
+            self._halt_all(time)
         finally:
             for axis in self._axes:
                 axis.controller.close()
 
     # Halting ---------------------------------------------------------------------------------------------------
 
-    def _halt_all(self, time: float) -> None:
-        """Tell every axis, and raise the first error only then."""
+    def _halt_all(self, time: float, *, abruptly: bool = False) -> None:
+        """Tell every axis, silent ones last as each costs its time-outs, and raise the first error only then."""
         self._follower.end()
         errors: list[DriveError | TransportError] = []
-        for i, axis in enumerate(self._axes):
+        for i in sorted(range(len(self._axes)), key=lambda i: i in self._silent):
+            axis = self._axes[i]
             self._arrivals[i], self._holding[i] = None, False
             try:
-                axis.halt()
+                axis.halt(abruptly=abruptly)
             except (DriveError, TransportError) as error:
                 axis.let_expire()
                 errors.append(error)

@@ -12,7 +12,7 @@ from pointing.mount import MountType
 
 
 def test_what_is_not_there_is_refused():
-    with pytest.raises(ConfigurationError, match="this version drives the tc410 only"):
+    with pytest.raises(ConfigurationError, match="this version drives the tc410, apo and sdss only"):
         assembly.planner(load(None, {}, {"drive.kind": "avr-box", "drive.link": "COM3"}))
 
 

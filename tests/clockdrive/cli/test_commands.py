@@ -104,6 +104,18 @@ def test_a_telescope_left_tracking_is_said_so_still_tracks_and_can_be_stopped(ru
     assert answer("status")[1]["doing"] == "idle"
 
 
+def test_a_telescope_whose_drive_does_not_track_by_itself_is_stopped_on_leaving_and_that_is_said(file, run, answer):
+    mount = '[mount]\ntype = "altaz-fork"\n'
+    file.write_text(file.read_text("utf-8").replace("tc410", "apo").replace(QUICK, mount), "utf-8")
+    code, _, err = run("goto altaz:0.5,45.5 --exit")
+    assert code == 0
+    assert "the telescope was stopped, as its drive does not track by itself" in err
+    assert "goes on tracking by itself" not in err
+    _, status = answer("status")
+    assert status["doing"] == "idle"
+    assert [axis["rate_deg_s"] for axis in status["axes"]] == pytest.approx([0.0, 0.0], abs=1e-4)
+
+
 def test_goto_as_json_is_one_document_and_leaves_the_telescope_tracking(answer):
     code, arrived = answer(f"goto {UP}")
     assert code == 0

@@ -34,6 +34,8 @@ class Bench:
         hardware = HARDWARE[kind][:axes]
         self.device = SimulatedObservatory(kind, SimulatorSettings(**settings), time, hardware, positions[:axes])
         self.cut: set[int] = set()
+        self.heard = []  # what came along the lines: when, which line, what
+        self.loses = lambda *_: ""  # by line and data: "command", "answer" or nothing
         self.settings = ApoSettings(
             kind,
             tuple(
@@ -107,9 +109,10 @@ class _Cuttable:
         self.bench, self.i = bench, i
 
     def receive(self, data, t):
-        if self.i in self.bench.cut:
-            return b""
-        return self.bench.device.lines[self.i].receive(data, t)
+        self.bench.heard.append((t, self.i, data))
+        lost = "command" if self.i in self.bench.cut else self.bench.loses(self.i, data)
+        answer = b"" if lost == "command" else self.bench.device.lines[self.i].receive(data, t)
+        return b"" if lost else answer
 
 
 class Circle:
@@ -323,16 +326,16 @@ def test_power_is_refused():
         Bench().drive.power(on=True)
 
 
-def test_left_tracking_the_axes_drift_on_and_otherwise_they_stand():
-    for keep in (True, False):
-        bench = Bench().connected()
-        path = Circle((14.0, 50.0), period=20_000.0)
-        bench.follow(path, 40.0)
-        rates = [rate for _, rate in path.at(bench.clock.now())]
-        bench.drive.close(bench.clock.now(), keep_tracking=keep)
-        bench.clock.sleep(30.0)
-        assert bench.speeds() == pytest.approx(rates if keep else [0.0, 0.0], abs=1e-5)
-        assert not bench.dry()
+@pytest.mark.parametrize("lost", [None, 0, 1])
+def test_once_left_every_axis_stands_though_another_cannot_be_told(lost):
+    bench = Bench().connected()
+    bench.follow(Circle((14.0, 50.0), period=20_000.0), 40.0)
+    bench.loses = lambda i, _: "command" if i == lost else ""
+    with contextlib.nullcontext() if lost is None else pytest.raises(TransportError, match=NAMES[lost]):
+        bench.drive.close(bench.clock.now(), keep_tracking=True)
+    bench.clock.sleep(30.0)
+    assert bench.speeds() == [0.0, 0.0]
+    assert not [time for i, axis in enumerate(bench.device.axes) if i != lost for time in axis.record.dry]
 
 
 def test_a_controller_restarted_at_rest_keeps_its_position_and_one_that_moved_does_not():
@@ -405,6 +408,69 @@ def test_a_small_buffer_is_given_the_slew_as_there_is_room():
     assert [bench.true(i) for i in (0, 1)] == pytest.approx([80.0, 70.0], abs=1e-9)
     assert not bench.dry()
     assert not [text for axis in bench.device.axes for _, text in axis.record.refused]
+
+
+def _with_room_for(nodes, held):
+    bench = Bench(max_nodes=held)
+    bench.settings = replace(bench.settings, max_nodes=nodes)
+    bench.drive._settings = bench.settings
+    return bench.connected()
+
+
+@pytest.mark.parametrize("lost", ["command", "answer"])
+def test_a_waiting_node_that_is_lost_is_not_sent_again_but_its_way_planned_anew(lost):
+    bench = _with_room_for(4, held=32)
+    bench.start(60.0, 70.0)
+    assert all(axis.waiting for axis in bench.drive.axes)
+    once = iter([lost])
+    bench.loses = lambda i, data: next(once, "") if i == 0 and data.startswith(b"MOVE ") else ""
+    bench.run(60.0)
+    nodes = [data for _, i, data in bench.heard if i == 0 and data.startswith(b"MOVE ")]
+    assert next(once, None) is None
+    assert len(nodes) == len(set(nodes))
+    assert [bench.true(i) for i in (0, 1)] == pytest.approx([60.0, 70.0], abs=1e-9)
+    assert not bench.dry()
+    assert not [text for axis in bench.device.axes for _, text in axis.record.refused]
+
+
+def test_waiting_nodes_that_cannot_be_given_halt_all_axes():
+    bench = _with_room_for(4, held=32)
+    bench.start(60.0, 70.0)
+    bench.loses = lambda i, data: "command" if i == 0 and data.startswith(b"MOVE ") else ""
+    with pytest.raises(TransportError, match="azimuth"):
+        bench.run(60.0)
+    assert not any(axis.queue.last for axis in bench.drive.axes)
+    bench.clock.sleep(60.0)
+    assert bench.speeds() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("silent", [0, 1, 2])
+def test_axes_that_answer_are_halted_before_one_that_is_silent(silent):
+    bench = Bench(axes=3).connected()
+    bench.start(60.0, 70.0, 60.0)
+    bench.run(9.0)
+    bench.loses = lambda i, _: "command" if i == silent else ""
+    with pytest.raises(DriveRefused, match=f"{NAMES[silent]}: no answer"):
+        bench.run_on_silent_lines(30.0)
+    first = {}
+    for time, i, data in bench.heard:
+        if data.strip() == b"MOVE":
+            first.setdefault(i, time)
+    print({NAMES[i]: round(time - min(first.values()), 2) for i, time in first.items()})
+    answering = [time for i, time in first.items() if i != silent]
+    assert len(first) == 3
+    assert max(answering) - min(first.values()) < 0.1
+    assert first[silent] >= max(answering)
+
+
+def test_a_position_that_jumps_while_another_axis_is_silent_halts_the_telescope_at_once():
+    bench = Bench().connected()
+    bench.start(60.0, 70.0)
+    bench.run(9.0)
+    bench.cut.add(0)
+    bench.device.axes[1].servo.declare(bench.true(1) + 9.0)
+    with pytest.raises(DriveRefused, match="altitude: its position has jumped"):
+        bench.drive.read(bench.clock.now())
 
 
 def test_a_command_by_hand_is_answered_and_one_that_sets_the_position_unsynchronises_it():
