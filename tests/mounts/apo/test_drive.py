@@ -42,6 +42,7 @@ class Bench:
                 AxisSettings(name, word, h.lowest_deg, h.highest_deg, h.velocity, h.acceleration, h.jerk)
                 for name, word, h in zip(NAMES, AXIS_WORDS, hardware, strict=False)
             ),
+            on_expiry=settings.get("on_expiry", "halt"),
         )
         self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
         shared = kind == "sdss"
@@ -319,6 +320,25 @@ def test_direct_speed_ramps_goes_on_and_stops():
     bench.run(15.0)
     assert bench.speeds() == [0.0, 0.0]
     assert not bench.dry()
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_direct_speed_ends_at_rest_when_the_host_dies_whatever_a_controller_does_at_the_end_of_its_path(kind):
+    for on_expiry in ("halt", "extrapolate"):
+        bench, speeds = Bench(kind, on_expiry=on_expiry).connected(), []
+        for k in range(250):
+            bench.drive.move_at((0.3, 0.0), bench.clock.now())
+            bench.drive.read(bench.clock.now())
+            speeds += [bench.speeds()] if k > 80 else []
+            bench.clock.sleep(0.1)
+        assert max(abs(one - 0.3) for one, _ in speeds) < 1e-4
+        assert max(abs(two) for _, two in speeds) == 0.0
+        assert not bench.dry()
+        here = bench.true(0)
+        bench.clock.sleep(30.0)
+        print(f"{kind}, {on_expiry}: {bench.true(0) - here:.3f}° after the host died")
+        assert bench.speeds() == [0.0, 0.0]
+        assert bench.true(0) - here < 0.3 * 8.0
 
 
 def test_power_is_refused():
