@@ -26,8 +26,8 @@ from transports.errors import LinkError, NoAnswer, WrongAnswer
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
 _ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
-_BRAKES = 3.0  # times the configured acceleration, which a stop may reach
-_JOLTS = 20.0  # likewise, between two answers on each other's heels: a servo changes its velocity in steps
+_FORESEEN = 3e-5  # degrees, or degrees per second, by which an answer may be elsewhere and is not asked for again
+_JOLTS = 20.0  # times the configured acceleration, between two answers: a servo changes its velocity in steps
 _FORGETS = 0.8  # from answer to answer, of how late one was
 _LATE_S = 0.01
 _STAND_DEG = 0.002
@@ -83,6 +83,7 @@ class ControlledAxis:
         """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
         self._raw_at = 0.0  # POSIX seconds of it
         self._raw: Drift | None = None  # the last answer that told position and time
+        self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._slew_clock = ClockLine()  # by which they are timed
         self._delay_s = 0.0  # of the answers lately, besides their time on the line
@@ -110,7 +111,7 @@ class ControlledAxis:
         timed = self.asked(lambda: self._plausible(self._status))
         status, posix = timed.value, self._seen(timed)
         rate = status.velocity_deg_s * (1.0 + self.offset.line.gain)
-        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s)
+        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self._unconfirmed_deg
         self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
@@ -134,11 +135,12 @@ class ControlledAxis:
         return line
 
     def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
-        """Ask until an answer follows from the one before; the first of all is asked for twice.
+        """Ask until an answer is what was foreseen, or another on its heels follows from it.
 
         A digit that noise has made into another is no error that a line without checksums shows.
         """
-        before = self._raw
+        before: Drift | None = None
+        hardest = self.settings.acceleration_deg_s2 * _JOLTS
         for attempt in range(_ASKED_AGAIN):
             try:
                 timed = ask()
@@ -146,10 +148,12 @@ class ControlledAxis:
                 if attempt == _ASKED_AGAIN - 1:
                     raise
                 continue
-            hardest = self.settings.acceleration_deg_s2 * (_JOLTS if attempt else _BRAKES)
             in_time = attempt == _ASKED_AGAIN - 1 or self._is_in_time(timed)  # an earlier answer echoes the same
-            if before is not None and in_time and continues(before, timed.value, hardest):
-                if attempt and self._raw is not None:
+            confirmed = before is not None and in_time and continues(before, timed.value, hardest)
+            off = 0.0 if confirmed else self._unforeseen(timed)
+            if off is not None:
+                self._unconfirmed_deg = off
+                if confirmed and self._raw is not None:
                     self._judge_jump(self._raw, timed)
                 self._raw, self._raw_at = timed.value, timed.received
                 return timed
@@ -158,6 +162,23 @@ class ControlledAxis:
             f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
             f"{before.position_deg if before else 0.0:.7f}°; check cable and baud rate"
         )
+
+    def _unforeseen(self, timed: Timed[_D]) -> float | None:
+        """Degrees by which an answer is off the path, or, without one, off the line of the answer before.
+
+        None where that, or the velocity, is so much that it must be confirmed.
+        """
+        told, before, clock = timed.value, self._raw, self.offset.line
+        if before is None or not (told.clock_is_set and before.clock_is_set and self._is_in_time(timed)):
+            return None
+        elapsed = math.remainder(told.time_tai_s - before.time_tai_s, tai.DAY_S)
+        position = before.position_deg + before.velocity_deg_s * elapsed
+        time = tai.posix(told.time_tai_s, timed.received) - clock.at(timed.received)
+        position, velocity = self.queue.at(time) or (position, before.velocity_deg_s * (1.0 + clock.gain))
+        unsure = _PRINTED_S + self.offset.uncertainty_s
+        off, gained = abs(told.position_deg - position), abs(told.velocity_deg_s * (1.0 + clock.gain) - velocity)
+        by_the_clock = abs(velocity) * unsure, self.settings.acceleration_deg_s2 * unsure
+        return off if max(off - by_the_clock[0], gained - by_the_clock[1]) <= _FORESEEN else None
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""

@@ -3,20 +3,17 @@
 What a lost answer means, and what is safe then, is said in `line`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
 from mounts.apo.commands import Argument, Command, Kind, command, encode
-from mounts.apo.errors import CommandRefused, MalformedReply
+from mounts.apo.errors import CommandRefused
 from mounts.apo.line import Answer, Line, Request
 from mounts.apo.readings import (
-    DAY_S,
-    TIME_DIGIT_S,
     Drift,
     FiducialPassage,
     Identity,
     Status,
-    continues,
     parse_drift,
     parse_dump,
     parse_identity,
@@ -25,14 +22,11 @@ from mounts.apo.readings import (
     parse_output_limit,
     parse_status,
 )
-from mounts.apo.status_word import StatusWord
-from transports.errors import WrongAnswer
 
 AxisSelect = Literal["prefix", "line"]
 """How a command finds its axis on a shared line: a word before it, or a word on a line of its own, then it."""
 
 AXIS_WORDS = ("AZ", "ALT", "ROT")
-CONFIRMATIONS = 6  # answers to STATUS, of which two must agree
 _MARKERS = (command("ID"), command("HELP", "ID"))
 _Value = TypeVar("_Value")
 
@@ -119,39 +113,6 @@ class Controller:
         answer = self.tell("STATUS")
         return Timed(parse_status(answer.reply, self._kind), answer.sent, answer.began, answer.received)
 
-    def confirmed_status(self, max_acceleration: float) -> Timed[Status]:
-        """Ask STATUS until an answer continues the one before, so that no digit of it was garbled on the way.
-
-        Two answers 20 ms apart bound the position to what this acceleration in deg/s² makes in that time, 0.04″ at
-        0.1 deg/s². The bits are those of all answers, of which an SDSS controller clears some by each.
-
-        Raises
-        ------
-        WrongAnswer
-            None of `CONFIRMATIONS` answers did; besides what `ask` raises.
-        """
-        earlier: Timed[Status] | None = None
-        seen = StatusWord(0, self._kind)
-        for _ in range(CONFIRMATIONS):
-            try:
-                timed = self.status()
-            except MalformedReply:
-                continue
-            clears = self._kind == "sdss"
-            seen = seen | timed.value.word if clears else timed.value.word
-            if (
-                earlier is not None
-                and (clears or earlier.value.word == timed.value.word)
-                and _is_in_time(earlier, timed)
-                and continues(earlier.value, timed.value, max_acceleration)
-            ):
-                return replace(timed, value=replace(timed.value, word=seen))
-            earlier = timed
-        raise WrongAnswer(
-            f"{self.name}: {CONFIRMATIONS} answers to STATUS contradict each other; check cable and baud rate, and "
-            "that nobody else sets the position"
-        )
-
     def drift(self) -> Timed[Drift]:
         """Let the axis go on at its present velocity, and ask on what line."""
         answer = self.tell("DRIFT")
@@ -185,11 +146,3 @@ class Controller:
         """Return a command's line without the CR, as this controller takes it."""
         text = encode(what, self._prefix).decode("ascii").rstrip("\r")
         return text.replace(what.name, self._names.get(what.name, what.name), 1)
-
-
-def _is_in_time(earlier: Timed[Status], later: Timed[Status]) -> bool:
-    """Whether the controller's clock advanced between two answers as the host's did."""
-    advanced = (later.value.time_tai_s - earlier.value.time_tai_s) % DAY_S
-    least, most = later.sent - earlier.received, later.received - earlier.sent
-    both_unset = not (earlier.value.clock_is_set or later.value.clock_is_set)
-    return both_unset or least - TIME_DIGIT_S <= advanced <= most + TIME_DIGIT_S

@@ -18,7 +18,7 @@ from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.by_hand import BY_HAND, SETS_POSITION, Given, give
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.following import Follower
-from mounts.apo.meeting import Meeting, Where, meet, ramp
+from mounts.apo.meeting import Meeting, Where, excursion, meet, ramp
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
@@ -359,10 +359,16 @@ class ApoDrive:
 
         return self._led_by(i, planned)
 
-    def _ramp(self, i: int, rate: float) -> tuple[PathNode, ...]:
-        """Bring an axis to a velocity, from wherever it is; as `_meet`."""
-        settings, model = self._settings.axes[i], self._models[i]
-        return self._led_by(i, lambda line, earliest: ramp(settings, line, earliest, rate, model.profile))
+    def _ramp(self, i: int, rate: float, seconds: float) -> tuple[PathNode, ...]:
+        """Bring an axis to a velocity, from wherever it is, and after so many seconds to rest, if any; as `_meet`."""
+        settings, profile = self._settings.axes[i], self._models[i].profile
+
+        def planned(line: PathNode, earliest: float) -> Meeting:
+            if seconds:
+                return excursion(settings, line, earliest, rate, seconds, profile)
+            return ramp(settings, line, earliest, rate, profile)
+
+        return self._led_by(i, planned)
 
     def _led_by(self, i: int, planned: Callable[[PathNode, float], Meeting]) -> tuple[PathNode, ...]:
         """Let an axis drift, plan from there, and give its nodes; anew where one of them is in doubt."""

@@ -26,6 +26,8 @@ _BLENDED_DEG = 1.0 / 3600.0  # by which the next node may lead over to a path th
 _DISPLACED_DEG = 30.0 / 3600.0  # at most, by one +MOVE
 _MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
 _MOVING_STEP_S = 1.0
+_AT_SPEED_S = 4.0  # with the way to rest behind, where a controller would go on for ever
+_RENEWED_S = 2.0  # by which that is given anew before it begins
 _KEEPS_S = 0.2  # by which the travel is left ahead of a limit: nodes are not taken back
 
 Meet = Callable[[int, Where], Sequence[PathNode]]
@@ -43,7 +45,7 @@ class Follower:
     meet : callable
         Brings an axis onto a path.
     ramp : callable
-        Brings an axis to a velocity; the last node is where it has it.
+        Brings an axis to a velocity, and to rest after so many seconds of it; 0 for not.
     """
 
     def __init__(
@@ -51,7 +53,7 @@ class Follower:
         axes: tuple[ControlledAxis, ...],
         settings: ApoSettings,
         meet: Meet,
-        ramp: Callable[[int, float], Sequence[PathNode]],
+        ramp: Callable[[int, float, float], Sequence[PathNode]],
     ) -> None:
         self._axes = axes
         self._settings = settings
@@ -150,12 +152,16 @@ class Follower:
 
     def _keep(self, i: int, rate: float, time: float, *, changed: bool) -> None:
         axis = self._axes[i]
-        if changed or self._must_meet(axis, i, time):
+        goes_on = rate != 0.0 and self._settings.on_expiry == "extrapolate"  # so the way to rest is given beforehand
+        ending = goes_on and self._given[i] < time + _RENEWED_S
+        if changed or self._must_meet(axis, i, time) or ending:
             self._doubtful[i] = True
-            self._lines[i] = self._ramp(i, rate)[-1]
+            nodes = self._ramp(i, rate, _AT_SPEED_S if goes_on else 0.0)
+            self._lines[i] = max((node for node in nodes if node.velocity == rate), key=lambda node: node.time)
             self._given[i] = self._lines[i].time
             self._doubtful[i], axis.clock_stepped = False, False
-        self._fill(i, self._line(i), time, time + _MOVING_AHEAD_S, lambda _: _MOVING_STEP_S)
+        if not goes_on:
+            self._fill(i, self._line(i), time, time + _MOVING_AHEAD_S, lambda _: _MOVING_STEP_S)
 
     def _line(self, i: int) -> Where:
         line = self._lines[i]

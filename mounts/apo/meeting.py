@@ -91,6 +91,27 @@ def ramp(
     return Meeting(_checked(axis, found, begin))
 
 
+def excursion(
+    axis: AxisSettings,
+    line: PathNode,
+    earliest: float,
+    rate: float,
+    seconds: float,
+    profile: Callable[..., SlewProfile],
+) -> Meeting:
+    """The nodes that bring an axis to another velocity, along with it for so many seconds, and to rest.
+
+    Raises
+    ------
+    DriveRefused
+        The way leads out of the travel.
+    """
+    there = ramp(axis, line, earliest, rate, profile).nodes
+    last = there[-1]
+    rest = ramp(axis, last, last.time + seconds, 0.0, profile).nodes
+    return Meeting((*there, *rest))
+
+
 def _from(axis: AxisSettings, line: PathNode, begin: float, where: Where, soonest: Soonest) -> SlewProfile:
     try:
         return soonest(line.at(begin), line.velocity, lambda elapsed: where(begin + elapsed))

@@ -5,6 +5,7 @@ at. No reply has a checksum, so a digit that became another digit passes; who us
 before.
 """
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Literal
@@ -163,9 +164,12 @@ def continues(earlier: Drift, later: Drift, max_acceleration: float) -> bool:
     """Whether an axis that was as `earlier` can be as `later`, at no more than this acceleration in deg/s².
 
     With velocities v₀ and v₁ the ends of an interval T lie within a·T²/4 of (v₀ + v₁)/2·T apart. The printed digits
-    of time and velocity are allowed for. What fails has a garbled digit, or the position was set meanwhile.
+    of time and velocity are allowed for. What fails has a garbled digit, or the position was set meanwhile, or a time
+    before the earlier one's.
     """
-    elapsed = (later.time_tai_s - earlier.time_tai_s) % DAY_S
+    elapsed = math.remainder(later.time_tai_s - earlier.time_tai_s, DAY_S)
+    if elapsed < 0.0:
+        return False
     gain = abs(later.velocity_deg_s - earlier.velocity_deg_s)
     mean = (later.velocity_deg_s + earlier.velocity_deg_s) / 2.0
     fastest = max(abs(later.velocity_deg_s), abs(earlier.velocity_deg_s))

@@ -136,6 +136,7 @@ def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
             assert s.goto(target)["slews"] == 1
             off[name] = witness.on_sky_arcsec(target, witness.at_arrival(), witness.arrivals[-1])
             assert not witness.dry()
+            _keeps_its_limits(witness)
     print(f"{kind}, {1e3 * latency_s:g} ms, {baud} baud, {offset_ms:+g} ms: {off}″ at arrival")
     assert off["star"] < ON_TARGET
     assert off["satellite"] < (SATELLITE_UNSURE if offset_ms else ON_TARGET)
@@ -155,17 +156,53 @@ def test_a_star_is_tracked_for_an_hour_through_tai_midnight(kind, tmp_path):
         assert scope.status()["doing"] == "tracking"
 
 
-@pytest.mark.parametrize("miss_deg", [0.5, 2.0])
-def test_an_sdss_telescope_tracks_a_star_past_the_zenith(miss_deg, tmp_path):
-    with apo_telescope("sdss", tmp_path) as scope:
+ZENITH = [("sdss", 0.5), ("sdss", 2.0), ("apo", 5.05)]  # how near the zenith a telescope tracks; the 3.5 m to 85°
+
+
+@pytest.mark.parametrize(("kind", "miss_deg"), ZENITH)
+def test_a_star_is_tracked_past_the_zenith(kind, miss_deg, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
         witness = ApoWitness(scope)
         star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + 900.0)  # its transit
         scope.goto(star)
         off = witness.tracked_arcsec(star, 1500.0, 2.3)
-        print(f"{miss_deg}° from the zenith: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks")
+        print(f"{kind}, {miss_deg}° from the zenith: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks")
         assert scope.status()["doing"] == "tracking"
         assert max(off) < ON_TARGET
         assert not witness.dry()
+        _keeps_its_limits(witness)
+
+
+@pytest.mark.parametrize(("kind", "miss_deg"), ZENITH)
+@pytest.mark.parametrize("after_s", [-60.0, 0.0, 60.0])
+def test_a_star_beside_the_zenith_is_met_at_its_fastest(kind, miss_deg, after_s, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
+        witness = ApoWitness(scope)
+        eta = scope.plan(star_at(scope, 180.0, 90.0 - miss_deg, NIGHT))["eta_s"]
+        star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + eta - after_s)  # about so long before it is met
+        arrival = scope.goto(star)
+        met = witness.at_arrival()
+        off = witness.on_sky_arcsec(star, met, witness.arrivals[-1])
+        followed = witness.tracked_arcsec(star, 60.0, 1.3)
+        print(
+            f"{kind}, met at {met[1]:.3f}°: {1e3 * off:.5f} mas at arrival, at most {1e3 * max(followed):.5f} mas in "
+            "a minute"
+        )
+        assert met[1] == pytest.approx(90.0 - miss_deg, abs=0.15)
+        assert arrival["slews"] == 1
+        assert off < ON_TARGET
+        assert max(followed) < ON_TARGET
+        assert not witness.dry()
+        _keeps_its_limits(witness)
+
+
+def _keeps_its_limits(witness):
+    """Assert that no cubic between two nodes that were sent asks more of an axis than it has."""
+    for axis in witness.device.axes:
+        hardware, record = axis.hardware, axis.record
+        assert record.velocity <= hardware.velocity
+        assert record.acceleration <= hardware.acceleration
+        assert record.jerk <= hardware.jerk
 
 
 @pytest.mark.parametrize(

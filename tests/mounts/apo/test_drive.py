@@ -42,6 +42,7 @@ class Bench:
                 AxisSettings(name, word, h.lowest_deg, h.highest_deg, h.velocity, h.acceleration, h.jerk)
                 for name, word, h in zip(NAMES, AXIS_WORDS, hardware, strict=False)
             ),
+            on_expiry=settings.get("on_expiry", "halt"),
         )
         self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
         shared = kind == "sdss"
@@ -246,6 +247,43 @@ def test_an_absent_axis_is_named_when_connecting():
         bench.connected()
 
 
+@pytest.mark.parametrize("follows", [False, True])
+@pytest.mark.parametrize("number", ["position", "velocity", "time"])
+@pytest.mark.parametrize("digit", [1e-3, 1e-2, 0.07, 1.0])
+def test_a_digit_garbled_in_one_answer_is_never_believed(number, digit, follows, monkeypatch):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    for _ in range(20):
+        if follows:
+            bench.follow(path, 1.0)
+        bench.run(1.0)
+    honest, column, garbled = _Cuttable.receive, ("position", "velocity", "time").index(number), []
+
+    def receive(self, data, t):
+        answer = honest(self, data, t)
+        if b"STATUS" in answer and self.i == 0 and not garbled:
+            words = answer.split(b"\r\n")[1].split()
+            before, decimals = words[column], len(words[column].split(b".")[1])
+            garbled.append(b"%.*f" % (decimals, float(before) + digit))
+            return answer.replace(before, garbled[0], 1)
+        return answer
+
+    monkeypatch.setattr(_Cuttable, "receive", receive)
+    for seconds in (0.5, 1.0, 2.0):
+        garbled.clear()
+        bench.clock.sleep(seconds)
+        reading = bench.drive.read(bench.clock.now())
+        axis = reading.axes[0]
+        late = bench.clock.now() - reading.time
+        off = 3600.0 * abs(axis.counts + axis.rate * late - bench.true(0))
+        unsure = 3600.0 * axis.uncertainty_counts
+        print(f"{number} {digit:g} after {seconds} s: {off:.3f}″ off, ± {unsure:.3f}″ stated")
+        assert garbled
+        assert off <= unsure
+        assert unsure < 0.2
+        assert not reading.unsynchronised
+
+
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
     bench = Bench("sdss").connected()
     bench.device.axes[0].fail("semaphore_taken")
@@ -297,6 +335,25 @@ def test_direct_speed_ramps_goes_on_and_stops():
     bench.run(15.0)
     assert bench.speeds() == [0.0, 0.0]
     assert not bench.dry()
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_direct_speed_ends_at_rest_when_the_host_dies_whatever_a_controller_does_at_the_end_of_its_path(kind):
+    for on_expiry in ("halt", "extrapolate"):
+        bench, speeds = Bench(kind, on_expiry=on_expiry).connected(), []
+        for k in range(250):
+            bench.drive.move_at((0.3, 0.0), bench.clock.now())
+            bench.drive.read(bench.clock.now())
+            speeds += [bench.speeds()] if k > 80 else []
+            bench.clock.sleep(0.1)
+        assert max(abs(one - 0.3) for one, _ in speeds) < 1e-4
+        assert max(abs(two) for _, two in speeds) == 0.0
+        assert not bench.dry()
+        here = bench.true(0)
+        bench.clock.sleep(30.0)
+        print(f"{kind}, {on_expiry}: {bench.true(0) - here:.3f}° after the host died")
+        assert bench.speeds() == [0.0, 0.0]
+        assert bench.true(0) - here < 0.3 * 8.0
 
 
 def test_power_is_refused():
