@@ -55,7 +55,7 @@ def _slewed_until(scope, speed_deg_s=0.02):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("landing", "least_s", "most_s"), [("together", 0.0, 1.0), ("each", 3.0, 60.0)])
 def test_axes_land_together_or_each_as_soon_as_it_can(kind, landing, least_s, most_s, tmp_path):
-    with apo_telescope(kind, tmp_path, drive__landing=landing, rotator__mode="sky") as scope:
+    with apo_telescope(kind, tmp_path, drive__landing=landing) as scope:
         witness, last = ApoWitness(scope), _slewed_until(scope)
         scope.goto(star_at(scope, 200.0, 50.0, scope.clock.now() + 120.0))
         for azimuth, altitude in ((195.0, 30.0), (240.0, 32.0)):
@@ -230,10 +230,13 @@ def test_where_an_axis_cannot_go_it_stops_as_foretold_and_stands(kind, miss_deg,
         assert scope.status()["trouble"]
 
 
-@pytest.mark.parametrize("rotator", [{}, {"rotator__mode": "sky"}], ids=["alone", "with a rotator"])
-@pytest.mark.parametrize("shift_arcsec", [0.0, 5.0, 60.0, 3600.0])
-def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, rotator, tmp_path):
-    with apo_telescope("apo", tmp_path, **rotator) as scope:
+@pytest.mark.parametrize(
+    ("shift_arcsec", "more"),
+    [(0.0, {}), (5.0, {}), (60.0, {}), (3600.0, {}), (60.0, {"rotator__mode": "sky"})],
+    ids=["same star", "5 arcsec", "60 arcsec", "1 degree", "with a rotator"],
+)
+def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, more, tmp_path):
+    with apo_telescope("apo", tmp_path, **more) as scope:
         witness, worst = ApoWitness(scope), 0.0
         star = star_at(scope, 150.0, 50.0, scope.clock.now() + 60.0)
         scope.goto(star)
@@ -263,14 +266,13 @@ def test_a_sync_while_tracking_leaves_the_rotator_holding_the_field(tmp_path):
         assert not ApoWitness(scope).dry()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("altitude", [50.0, 80.0])
+@pytest.mark.parametrize(("kind", "altitude"), [("apo", 50.0), ("sdss", 80.0)])
 def test_a_rotator_that_tracks_is_sent_a_short_way_to_another_angle(kind, altitude, tmp_path):
     with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:
         witness = ApoWitness(scope)
         star = star_at(scope, 150.0, altitude, scope.clock.now() + 60.0)
         scope.goto(star, position_angle_deg=40.0)
-        for angle in (40.0, 40.001, 40.01, 40.1, 39.99, 39.999, 40.0003):
+        for angle in (40.0, 40.01, 40.1, 39.999, 40.0003):
             scope.wait(9.0)
             scope.goto(star, position_angle_deg=angle)
             scope.wait(12.0)
