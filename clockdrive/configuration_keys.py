@@ -232,6 +232,8 @@ _DRIVE = (
         drives=_AVR, example="slew_table.csv"),
     Key("drive", "on_expiry", "text", "halt", "what a controller does when its path has run out",
         choices=("halt", "extrapolate"), drives=_NODES),
+    Key("drive", "landing", "text", "each", "whether the axes arrive each as soon as it can, or all together",
+        choices=("each", "together"), drives=_NODES),
     Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 4, 1000, drives=_NODES),
     Key("drive", "axis_select", "text", "prefix",
         "how an axis is named on the shared line: by a word before each command, or on a line of its own",

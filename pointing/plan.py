@@ -127,7 +127,8 @@ class Timing:
     latency : float
         Seconds from the command to the motion.
     together : bool
-        Tracking resumes on both axes only when the later one has landed.
+        Tracking resumes on both axes only when the later one has landed; of a drive that meets what moves the other
+        one begins as much later.
     leading : Leading, optional
         How it can be led to a target that is too fast to be met at rest.
     rotator : SlewModel, optional

@@ -20,7 +20,7 @@ from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.remedy import OF_A_WAY, remedy
-from pointing.slew import Travel, travelled
+from pointing.slew import Travel, arriving, travelled
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
 from pointing.vectors import Vector
@@ -250,8 +250,9 @@ class Planner(Geometry):
         targets = self._counts((first, second))
         settled = False
         for turn in range(_ROUNDS):
-            dues = None if timing.together else (first.known, second.known)
-            travels = self._travel(targets, (first.rates[0], second.rates[1]), start, timing, dues)
+            travels = self._travel(
+                targets, (first.rates[0], second.rates[1]), start, timing, (first.known, second.known)
+            )
             due1, due2 = travels[0].duration, travels[1].duration
             if timing.together:
                 due1 = due2 = min(max(due1, due2), _SEARCH_SPAN)
@@ -296,13 +297,31 @@ class Planner(Geometry):
     ) -> tuple[Travel, Travel]:
         """Travel of both axes, to end with the target's `rates`, radians per second, where the drive can.
 
-        `dues`: for axes that join the target one by one, when it is at `targets`, seconds after the motion began.
+        `dues`: when it is at `targets`, seconds after the motion began, for a drive that meets what moves.
         """
         shift = timing.latency  # the axes go on at their present rates until the motion begins
         one, two = (
             travelled(model, here + before * shift, before, target, rate * axis.gearing.counts_per_radian, due)
             for model, here, before, target, rate, axis, due in zip(
                 timing.slew, start.counts, start.rates, targets, rates, self.axes, dues or (None, None), strict=True
+            )
+        )
+        return one, two
+
+    def _together(
+        self,
+        targets: tuple[float, float],
+        rates: tuple[float, float],
+        travels: tuple[Travel, Travel],
+        start: Start,
+        timing: Timing,
+    ) -> tuple[Travel, Travel]:
+        """Travel of both axes that ends when the later one lands, of a drive that can begin one later."""
+        due, shift = _longer(travels), timing.latency
+        one, two = (
+            arriving(model, here + before * shift, before, target, rate * axis.gearing.counts_per_radian, due)
+            for model, here, before, target, rate, axis in zip(
+                timing.slew, start.counts, start.rates, targets, rates, self.axes, strict=True
             )
         )
         return one, two
@@ -328,6 +347,8 @@ class Planner(Geometry):
         axes, legs = [], []
         landing = way.rates if landing is None else landing
         speeds = self._speeds(start, timing)
+        if timing.together:
+            travels = self._together(targets, way.rates, travels, start, timing)
         for i, axis in enumerate(self.axes):
             rate_counts = landing[i] * axis.gearing.counts_per_radian
             axes.append(

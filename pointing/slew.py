@@ -1,6 +1,10 @@
 """How long an axis travels: what the planner asks of each drive, so that `pointing` needs nothing of `mounts`."""
 
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
+
+_ROUNDS = 60  # in which the beginning of a travel that waits is found
+_SAME_S = 1e-6
 
 
 class Travel(Protocol):
@@ -64,3 +68,58 @@ def travelled(
     if due is not None and isinstance(model, MeetingModel):
         return model.onto(start, start_rate, target - rate * due, rate)
     return model.travel(start, target, start_rate, rate)
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A travel that begins later; until then the axis drifts on.
+
+    Attributes
+    ----------
+    start, start_rate : float
+        Counts, and counts per second.
+    wait : float
+        Seconds until it begins.
+    travel : Travel
+        From where the axis has drifted by then.
+    """
+
+    start: float
+    start_rate: float
+    wait: float
+    travel: Travel
+
+    @property
+    def duration(self) -> float:
+        """Seconds until the axis has landed, those of the wait among them."""
+        return self.wait + self.travel.duration
+
+    @property
+    def landed(self) -> float:
+        """The position in counts where it lands."""
+        return self.travel.landed
+
+    def position(self, elapsed: float) -> float:
+        """The position in counts `elapsed` seconds after the motion was commanded."""
+        if elapsed < self.wait:
+            return self.start + self.start_rate * elapsed
+        return self.travel.position(elapsed - self.wait)
+
+
+def arriving(model: SlewModel, start: float, start_rate: float, target: float, rate: float, due: float) -> Travel:
+    """Travel that is at `target` counts with `rate` in `due` seconds, or as soon as it can where that is too soon.
+
+    A model that meets begins as much later, but for a drift so fast that no such beginning is found; one that does
+    not meet lands early and stands.
+    """
+    travel = soonest = travelled(model, start, start_rate, target, rate, due)
+    if not isinstance(model, MeetingModel):
+        return soonest
+    wait = 0.0
+    for _ in range(_ROUNDS):
+        later = max(0.0, due - travel.duration)
+        if abs(later - wait) <= _SAME_S:
+            return Waiting(start, start_rate, wait, travel) if wait else travel
+        wait = later
+        travel = travelled(model, start + start_rate * wait, start_rate, target, rate, due - wait)
+    return soonest

@@ -113,8 +113,8 @@ class ApoDrive:
 
     @property
     def axes_land_together(self) -> bool:
-        """Each as soon as it can."""
-        return False
+        """As configured; else each as soon as it can."""
+        return self._settings.together
 
     @property
     def memory(self) -> Mapping[str, object]:

@@ -115,28 +115,25 @@ class Follower:
 
         if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
             return
-        if self._must_meet(axis, i) or not self._leads_over(axis, where, time, changed=changed):
+        if self._must_meet(axis, i, time) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
             self._doubtful[i], axis.clock_stepped = False, False
         self._fill(i, where, time, time + AHEAD_S, lambda when: interval_s(where, when))
 
-    def _must_meet(self, axis: ControlledAxis, i: int) -> bool:
-        return self._doubtful[i] or axis.clock_stepped or not axis.queue.is_path
+    def _must_meet(self, axis: ControlledAxis, i: int, time: float) -> bool:
+        """Whether no node can follow those given: they are in doubt, or run dry before one is there."""
+        return self._doubtful[i] or axis.clock_stepped or axis.queue.ends <= time + axis.exchange_s
 
     def _leads_over(self, axis: ControlledAxis, where: Where, time: float, *, changed: bool) -> bool:
         """Whether nodes of the path can follow those given, which are displaced where that is enough."""
-        last = axis.queue.last
-        if last is None:
-            return False
-        if not changed:
-            return abs(where(last.time)[0] - last.position) <= _BLENDED_DEG
         ahead = axis.queue.ahead(time)
-        probed = (ahead[0], ahead[len(ahead) // 2], ahead[-1]) if ahead else (last,)
-        off = [where(node.time)[0] - node.position for node in probed]
+        off = [where(node.time)[0] - node.position for node in (ahead[0], ahead[len(ahead) // 2], ahead[-1])]
         shift = off[-1]
-        if abs(shift) <= _SAME_DEG or axis.queue.ends < time:
+        if not changed:
             return abs(shift) <= _BLENDED_DEG
+        if abs(shift) <= _SAME_DEG:
+            return True
         if abs(shift) > _DISPLACED_DEG or max(off) - min(off) > _BLENDED_DEG * 0.05:
             return False
         axis.displace(shift)
@@ -157,7 +154,7 @@ class Follower:
         axis = self._axes[i]
         goes_on = rate != 0.0 and self._settings.on_expiry == "extrapolate"  # so the way to rest is given beforehand
         ending = goes_on and self._given[i] < time + _RENEWED_S
-        if changed or self._must_meet(axis, i) or ending:
+        if changed or self._must_meet(axis, i, time) or ending:
             self._doubtful[i] = True
             nodes = self._ramp(i, rate, _AT_SPEED_S if goes_on else 0.0)
             self._lines[i] = max((node for node in nodes if node.velocity == rate), key=lambda node: node.time)

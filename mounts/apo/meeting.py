@@ -10,7 +10,7 @@ from mounts.apo.settings import AxisSettings
 from mounts.apo.slew_profile import GRID_S, MARGIN, SlewProfile, on_grid
 from mounts.errors import DriveRefused
 
-_ROUNDS = 20  # in which the beginning is found; where it is not, it arrives before it was planned to
+_ROUNDS = 60  # in which the beginning is found; where it is not, it arrives before it was planned to
 
 Where = Callable[[float], tuple[float, float]]
 """Position and velocity of the path at POSIX time, degrees and degrees per second."""

@@ -32,4 +32,5 @@ class ApoSettings:
     axes: tuple[AxisSettings, ...]
     on_expiry: OnExpiry = "halt"
     max_nodes: int = 32
+    together: bool = False  # whether an axis that would arrive first begins later
     meaning: str = ""  # by which degrees become places; those synchronised under another one mean nothing

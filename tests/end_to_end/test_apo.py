@@ -32,6 +32,41 @@ def test_stars_all_over_the_sky_are_met_at_the_announced_moment(kind, tmp_path):
         assert not scope.status()["trouble"]
 
 
+def _slewed_until(scope, speed_deg_s=0.02):
+    """The last times at which each simulated axis was seen faster than it tracks."""
+    last = [0.0, 0.0]
+
+    def watched(i, axis, advance):
+        def advanced(t):
+            advance(t)
+            if abs(axis.servo.velocity) > speed_deg_s:
+                last[i] = t
+
+        return advanced
+
+    for i, axis in enumerate(scope.simulator.axes[:2]):
+        axis.advance = watched(i, axis, axis.advance)
+    return last
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("landing", "least_s", "most_s"), [("together", 0.0, 1.0), ("each", 3.0, 60.0)])
+def test_axes_land_together_or_each_as_soon_as_it_can(kind, landing, least_s, most_s, tmp_path):
+    with apo_telescope(kind, tmp_path, drive__landing=landing, rotator__mode="sky") as scope:
+        witness, last = ApoWitness(scope), _slewed_until(scope)
+        scope.goto(star_at(scope, 200.0, 50.0, scope.clock.now() + 120.0))
+        for azimuth, altitude in ((195.0, 30.0), (240.0, 32.0)):
+            star = star_at(scope, azimuth, altitude, scope.clock.now() + 60.0)
+            scope.goto(star)
+            apart = abs(last[0] - last[1])
+            off = witness.on_sky_arcsec(star, witness.at_arrival(), witness.arrivals[-1])
+            followed = max(witness.tracked_arcsec(star, 15.0, 1.0))
+            print(f"{kind}, {landing}: landed {apart:.2f} s apart, {off:.4f}″ off then, {followed:.4f}″ later")
+            assert least_s <= apart <= most_s
+            assert max(off, followed) < ON_TARGET
+        assert not witness.dry()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["Jupiter", "Saturn", "Mars", "Moon"])
 def test_planets_are_met_and_followed(kind, name, tmp_path):

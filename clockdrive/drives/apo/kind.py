@@ -42,11 +42,11 @@ def timing(configuration: Configuration) -> Timing:
     from mounts.apo.drive import LEAD_S  # noqa: PLC0415 - a telescope has its models from its drive
     from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - likewise
 
+    wanted = settings(configuration)
     one, two, *others = (
-        ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3)
-        for axis in settings(configuration).axes
+        ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3) for axis in wanted.axes
     )
-    return Timing((one, two), latency=LEAD_S, together=False, rotator=next(iter(others), None))
+    return Timing((one, two), latency=LEAD_S, together=wanted.together, rotator=next(iter(others), None))
 
 
 def drive(

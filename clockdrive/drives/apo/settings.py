@@ -40,6 +40,7 @@ def settings(configuration: Configuration) -> ApoSettings:
         ),
         on_expiry=cast('Literal["halt", "extrapolate"]', values["drive.on_expiry"]),
         max_nodes=int(number(configuration, "drive.max_nodes")),
+        together=values["drive.landing"] == "together",
         meaning=_meaning(configuration),
     )
 

@@ -193,6 +193,21 @@ def test_a_path_displaced_is_followed_within_seconds(arcsec):
     assert not bench.dry()
 
 
+@pytest.mark.parametrize("late_s", [-0.001, 0.0, 0.3])
+def test_a_path_that_ran_dry_is_met_anew_and_not_gone_on_with(late_s):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0))
+    bench.follow(path, 30.0)
+    bench.clock.sleep(max(axis.queue.ends for axis in bench.drive.axes) + late_s - bench.clock.now())
+    bench.heard.clear()
+    bench.drive.follow(path, bench.clock.now())
+    assert [next(data for _, line, data in bench.heard if line == i) for i in (0, 1)] == [b"DRIFT\r"] * 2
+    bench.follow(path, 20.0)
+    off = max(abs(bench.true(i) - path.at(bench.clock.now())[i][0]) for i in (0, 1)) * 3600.0
+    print(f"{late_s} s late: {off:.4f}″ off 20 s later")
+    assert off < 0.001
+
+
 def test_the_buffer_holds_ten_seconds_and_no_two_nodes_are_more_than_five_apart():
     bench = Bench().connected()
     path = Circle((14.0, 50.0), period=20_000.0)

@@ -1,5 +1,6 @@
 import math
 import random
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -8,6 +9,7 @@ from orbit import Overhead
 from planning_bench import MIDNIGHT, random_star
 
 from mounts.apo.slew_model import ApoSlewModel
+from pointing.errors import Unreachable
 from pointing.gearing import Gearing
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType
@@ -15,7 +17,7 @@ from pointing.plan import Axis, Start, Timing
 from pointing.planner import Planner
 from pointing.site import Site
 from pointing.sky import Sky
-from pointing.slew import MeetingModel
+from pointing.slew import MeetingModel, Waiting
 
 ARCSEC = 1.0 / 3600.0
 LATITUDE = 32.7803
@@ -90,6 +92,44 @@ def test_the_planner_meets_a_satellite_in_place_and_velocity(kind):
     assert met == 8
     assert worst[0] < 0.05 * ARCSEC
     assert worst[1] < 0.05 * ARCSEC
+
+
+@pytest.mark.parametrize("kind", ["3.5 m", "SDSS"])
+def test_axes_that_land_together_do_when_the_slower_one_could_from_any_drift(kind):
+    planner, each = telescope(kind)
+    together = replace(each, together=True)
+    rng = random.Random(3)  # noqa: S311 - nothing secret
+    planned, apart, missed_deg, waits = 0, 0.0, 0.0, []
+    while planned < 12:
+        here, drift = (
+            (rng.uniform(-100.0, 200.0), rng.uniform(30.0, 80.0)),
+            (rng.gauss(0.0, 0.3), rng.gauss(0.0, 0.1)),
+        )
+        start = Start(MIDNIGHT, here, drift)
+        target = random_star(rng)
+        try:
+            soonest = planner.plan(target, start, each, search=False)
+        except Unreachable:
+            continue
+        plan = planner.plan(target, start, together, search=False)
+        planned += 1
+        assert plan.arrival == pytest.approx(soonest.arrival, abs=1e-3)
+        one, two = (axis.travel for axis in plan.axes)
+        apart = max(apart, abs(one.duration - two.duration))
+        for i, travel in enumerate((one, two)):
+            there = math.degrees(planner.track(target, plan.arrival, plan.posture, near(plan))[i][0])
+            missed_deg = max(missed_deg, abs(travel.landed - there))
+            if isinstance(travel, Waiting):
+                waits.append(travel.wait)
+                before, after = (travel.position(travel.wait + k * 1e-7) for k in (-1.0, 1.0))
+                assert after == pytest.approx(before, abs=1e-6)
+                begins = start.counts[i] + start.rates[i] * together.latency
+                assert travel.position(0.0) == pytest.approx(begins, abs=1e-9)
+    waited = f"waits of {min(waits):.1f} to {max(waits):.1f} s"
+    print(f"{kind}: {apart:.1e} s apart, {missed_deg / ARCSEC:.1e}″ off, {waited}")
+    assert len(waits) == planned
+    assert apart < 1e-5
+    assert missed_deg < 0.01 * ARCSEC
 
 
 def test_the_law_is_one_that_can_be_asked_how_soon_it_is_on_a_line():
