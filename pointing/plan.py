@@ -144,7 +144,10 @@ class Timing:
 
 @dataclass(frozen=True)
 class AxisPlan:
-    """What one axis does: radians, counts, seconds."""
+    """What one axis does: radians, counts, seconds.
+
+    Angle and rate are those of the plan's arrival; target and rate in counts those of the axis's own landing.
+    """
 
     name: str
     angle: float

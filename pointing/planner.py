@@ -267,7 +267,8 @@ class Planner(Geometry):
                 break
             targets = wanted
         later = first if due1 >= due2 else second
-        plan = self._assembled(target.name, later, sun, targets, travels, start, timing)
+        landing = first.rates[0], second.rates[1]
+        plan = self._assembled(target.name, later, sun, targets, travels, start, timing, landing=landing)
         if settled:
             return plan
         detail = f"the target runs away nearly as fast as the drive slews, no arrival was found in {_ROUNDS} rounds"
@@ -335,15 +336,21 @@ class Planner(Geometry):
         start: Start,
         timing: Timing,
         *,
+        landing: tuple[float, float] | None = None,
         ends_clear: bool = True,
     ) -> Plan:
-        """Put together the plan of a way as it is at arrival, with all its checks; `sun` is that of the beginning."""
+        """Put together the plan of a way as it is at arrival, with all its checks.
+
+        `sun` is that of the beginning; `landing`, radians per second, the target's rates as each axis lands, where
+        not both land at the arrival.
+        """
         axes, legs = [], []
+        landing = way.rates if landing is None else landing
         speeds = self._speeds(start, timing)
         if timing.together:
             travels = self._together(targets, way.rates, travels, start, timing)
         for i, axis in enumerate(self.axes):
-            rate_counts = way.rates[i] * axis.gearing.counts_per_radian
+            rate_counts = landing[i] * axis.gearing.counts_per_radian
             axes.append(
                 AxisPlan(axis.name, way.angles[i], way.rates[i], start.counts[i], targets[i], rate_counts, travels[i])
             )

@@ -142,6 +142,21 @@ def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
     assert off["satellite"] < (SATELLITE_UNSURE if offset_ms else ON_TARGET)
 
 
+@pytest.mark.parametrize("rotator", ["none", "sky"])
+def test_an_axis_that_lands_early_goes_on_with_the_target_as_it_is_then(rotator, tmp_path):
+    """Altitude lands a minute before azimuth; with the velocity of then it would have to brake beyond its limit."""
+    settings = {"simulator__baud": 9600} | ({"rotator__mode": rotator} if rotator != "none" else {})
+    with apo_telescope("sdss", tmp_path, **settings) as scope:
+        witness = ApoWitness(scope)
+        above = Overhead(scope.clock.now() + 150.0, math.radians(40.0), math.radians(3.0))
+        assert scope.goto(above)["slews"] == 1
+        off = witness.on_sky_arcsec(above, witness.at_arrival(), witness.arrivals[-1])
+        print(f"rotator {rotator}: {off:.4f}″ at arrival")
+        assert off < ON_TARGET
+        assert not witness.dry()
+        _keeps_its_limits(witness)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_star_is_tracked_for_an_hour_through_tai_midnight(kind, tmp_path):
     with apo_telescope(kind, tmp_path, MIDNIGHT - 1900.0) as scope:
