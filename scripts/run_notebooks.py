@@ -11,7 +11,7 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -73,10 +73,22 @@ def cleaned(notebook: nbformat.NotebookNode, *, keep: bool = False) -> nbformat.
     for number, cell in enumerate(notebook.cells, start=1):
         own = {"id": f"cell-{number}", "cell_type": cell.cell_type, "metadata": {}, "source": cell.source}
         if cell.cell_type == "code":
-            outputs = [_cleaned_output(each) for each in cell.outputs]
+            outputs = _joined(_cleaned_output(each) for each in cell.outputs)
             own |= {"execution_count": cell.execution_count if keep else None, "outputs": outputs if keep else []}
         cells.append(own)
     return nbformat.from_dict({"cells": cells, "metadata": METADATA, "nbformat": 4, "nbformat_minor": 5})
+
+
+def _joined(outputs: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Outputs in which what one stream says in pieces, as the kernel's timing will have it, is one."""
+    joined: list[dict[str, Any]] = []
+    for output in outputs:
+        before = joined[-1] if joined else {}
+        if output["output_type"] == "stream" and before.get("name") == output["name"]:
+            before["text"] += output["text"]
+        else:
+            joined.append(output)
+    return joined
 
 
 def _cleaned_output(output: nbformat.NotebookNode) -> dict[str, Any]:
@@ -143,7 +155,7 @@ def texts(output: nbformat.NotebookNode) -> dict[str, str]:
 
 
 def outputs_of(notebook: nbformat.NotebookNode) -> list[tuple[int, Any]]:
-    """All outputs, each with the number of its cell; what one stream says in pieces is one."""
+    """All outputs, each with the number of its cell."""
     found: list[tuple[int, Any]] = []
     for number, cell in enumerate(notebook.cells, start=1):
         found += [(number, output) for output in cell.get("outputs", ())]

@@ -82,6 +82,17 @@ def test_what_fails_warns_reaches_out_or_shows_another_number_is_found(tmp_path)
     assert re.search(r"it has \d+ bytes with its outputs, at most 300000 are allowed", said)
 
 
+def test_what_a_stream_says_in_pieces_is_one_however_the_kernel_was_timed():
+    import nbformat
+
+    from scripts.run_notebooks import cleaned
+
+    cell = nbformat.v4.new_code_cell("look()")
+    cell.outputs = [nbformat.v4.new_output("stream", name="stdout", text=text) for text in ("one\n", "two\n")]
+    (found,) = cleaned(nbformat.v4.new_notebook(cells=[cell]), keep=True).cells[0].outputs
+    assert (found.name, found.text) == ("stdout", "one\ntwo\n")
+
+
 def test_a_telescope_on_the_systems_clock_works_beside_the_event_loop_of_a_kernel(tmp_path):
     """Its control thread goes on while a cell awaits, and is called from the loop's thread and from others."""
     path = notebook(
