@@ -1,7 +1,7 @@
 """How long an axis travels: what the planner asks of each drive, so that `pointing` needs nothing of `mounts`."""
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard
 
 _ROUNDS = 60  # in which the beginning of a travel that waits is found
 _SAME_S = 1e-6
@@ -45,7 +45,6 @@ class SlewModel(Protocol):
         ...
 
 
-@runtime_checkable
 class MeetingModel(SlewModel, Protocol):
     """The law of a drive that ends a slew in motion, and so can be asked how soon it is on a line.
 
@@ -61,11 +60,16 @@ class MeetingModel(SlewModel, Protocol):
         ...
 
 
+def meets(model: SlewModel) -> TypeGuard[MeetingModel]:
+    """Whether a law can be asked how soon it is on a line; a protocol's own check costs a third of a plan."""
+    return hasattr(model, "onto")
+
+
 def travelled(
     model: SlewModel, start: float, start_rate: float, target: float, rate: float, due: float | None = None
 ) -> Travel:
     """Travel to `target` counts with `rate`; onto the line that is there in `due` seconds, of a model that meets."""
-    if due is not None and isinstance(model, MeetingModel):
+    if due is not None and meets(model):
         return model.onto(start, start_rate, target - rate * due, rate)
     return model.travel(start, target, start_rate, rate)
 
@@ -113,7 +117,7 @@ def arriving(model: SlewModel, start: float, start_rate: float, target: float, r
     not meet lands early and stands.
     """
     travel = soonest = travelled(model, start, start_rate, target, rate, due)
-    if not isinstance(model, MeetingModel):
+    if not meets(model):
         return soonest
     wait = 0.0
     for _ in range(_ROUNDS):
