@@ -1,0 +1,49 @@
+"""The answers of the box: two signed numbers of five digits, parted by a tab, ended by a carriage return.
+
+Total on any bytes: what is no answer is passed over up to the next carriage return, and counted.
+"""
+
+import re
+from typing import NamedTuple
+
+LENGTH = 14
+_FORM = re.compile(rb"([+-]\d{5})\t([+-]\d{5})\r")
+_MOST_HELD = 256
+
+
+class Pair(NamedTuple):
+    """The two numbers of an answer."""
+
+    one: int
+    two: int
+
+    @property
+    def text(self) -> bytes:
+        """As the box sends it."""
+        return b"%+06d\t%+06d\r" % self
+
+
+class AnswerDecoder:
+    """Bytes in, pairs out."""
+
+    def __init__(self) -> None:
+        self._held = b""
+        self.rejected = 0
+        """Lines so far that were no answer."""
+
+    def feed(self, data: bytes) -> list[Pair]:
+        """Take what has come; return the answers that it completes."""
+        *lines, self._held = (self._held + data).split(b"\r")
+        self._held = self._held[-_MOST_HELD:]
+        pairs = []
+        for line in lines:
+            found = _FORM.fullmatch(line + b"\r")
+            if found is None:
+                self.rejected += 1
+            else:
+                pairs.append(Pair(int(found[1]), int(found[2])))
+        return pairs
+
+    def forget(self) -> None:
+        """Begin anew, as after the line was silent."""
+        self._held = b""

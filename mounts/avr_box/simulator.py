@@ -1,0 +1,263 @@
+"""The box simulated on the wire, in whole cycles of its crystal.
+
+Between two bytes the timers run: TIMER1 moves the PEC pointer and counts guiding down, TIMER2 tracks with axis 1
+unless a slew has it, TIMER0 moves axis 2. Bytes are taken as they come; a command that is not whole waits for the
+rest for ever, and letters that are none are passed over.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from mounts.avr_box.answers import Pair
+from mounts.avr_box.commands import BINS, COMMANDS, FLAGS
+from mounts.avr_box.simulator_motor import Motor, Slew
+from mounts.avr_box.simulator_settings import SimulatorSettings
+from mounts.avr_box.timers import CRYSTAL_HZ, DEFAULT_COMPARE, SLEW_GEARS, TICK_CYCLES, tracking_cycles
+
+_FLAGS_AT_BOOT = FLAGS["pec"]
+_FIVE_ARCMIN = (2763, 1382)  # `step_max` of E, W and of N, S
+_GUIDE_STEP_CYCLES = 2 * SLEW_GEARS[1].low * 256  # of a microstep of < and >: the slowest of the low gear
+_QUARTER = 4
+_AT_ONCE = 64  # ticks
+
+
+class SimulatedAvrBox:
+    """A stepper box with two motors; keeps `transports.memory.Device`.
+
+    Parameters
+    ----------
+    settings : SimulatorSettings
+        How this unit differs from the ideal.
+    t0 : float
+        POSIX time at which it is switched on.
+    steps_per_turn : tuple of float
+        Microsteps of each motor for a turn of its axis.
+    worm_steps : float
+        Microsteps of axis 1 for a turn of its worm.
+    positions : tuple of int
+        Microsteps at which the motors stand, rising with the angles of the axes: the firmware's own way to count.
+    signs : tuple of int
+        -1 where whoever asks for a true position counts the other way.
+    """
+
+    def __init__(
+        self,
+        settings: SimulatorSettings,
+        t0: float,
+        steps_per_turn: tuple[float, float] = (23_877_818.18, 11_938_909.09),
+        worm_steps: float = 66_327.2727,
+        positions: tuple[int, int] = (0, 0),
+        signs: tuple[int, int] = (1, 1),
+    ) -> None:
+        self.settings = settings
+        self.steps_per_turn = steps_per_turn
+        self.motors = tuple(
+            Motor(settings.slew_table, gears.low, gears.high, here)
+            for gears, here in zip(SLEW_GEARS, positions, strict=True)
+        )
+        self._worm_steps = worm_steps
+        self._signs = signs
+        self._t0 = t0
+        self._now = 0  # crystal cycles
+        self.flags = _FLAGS_AT_BOOT
+        self.bin = self.zero = 0
+        self._held = bytearray()  # of a command that is not whole
+        self._tick_in = TICK_CYCLES
+        self._guiding = (0, 0)  # ticks left, and the sign of the change of rate
+        self._tracked = 0  # cycles since the last microstep of tracking
+        self._fine = (0, 0, 0)  # microsteps of axis 2 left of < or >, direction, cycles run of the present one
+        self._missed = [0.0, 0.0]  # microsteps that the motors did not make, or a hand undid
+        self._encoder_zero = tuple(float(here) for here in positions)
+
+    # The wire --------------------------------------------------------------------------------------------------
+
+    @property
+    def lines(self) -> "tuple[SimulatedAvrBox]":
+        """The one line, at whose far end this unit is."""
+        return (self,)
+
+    def receive(self, data: bytes, t: float) -> bytes:
+        """Take bytes that arrived at POSIX `t`; return the answers."""
+        self.advance(t)
+        return b"".join(self._byte(byte) for byte in data)
+
+    def _byte(self, byte: int) -> bytes:
+        self._held.append(byte)
+        command = COMMANDS.get(chr(self._held[0]))
+        if command is None:
+            self._held.clear()
+            return b""
+        if len(self._held) <= command.arguments:
+            return b""
+        arguments = bytes(self._held[1:])
+        self._held.clear()
+        return self._obey(command.letter, arguments)
+
+    def _obey(self, letter: str, arguments: bytes) -> bytes:
+        number = int.from_bytes(arguments, "little")
+        if letter in "PQ":
+            return (Pair(self.bin, self.zero) if letter == "P" else Pair(*self.encoders())).text
+        if letter in "BCZ":
+            self._set(letter, number)
+        elif letter in "+-<>D":
+            self._guide(letter, number)
+        elif letter == "M":
+            self._move(arguments)
+        else:
+            axis = 0 if letter in "EW" else 1
+            self._begin(axis, _FIVE_ARCMIN[axis], 1 if letter in "WNn" else -1, _QUARTER if letter in "ns" else 1)
+        return b""
+
+    def _set(self, letter: str, number: int) -> None:
+        if letter == "C":
+            self.flags = number
+        elif letter == "B":
+            self.bin = number % BINS
+        else:
+            self.zero = number % BINS
+
+    def _guide(self, letter: str, number: int) -> None:
+        if letter == "D":
+            self._fine = (1, 1, 0)
+        elif letter in "+-" and self.flags & FLAGS["ra_guiding"]:
+            self._guiding = (number, 1 if letter == "+" else -1)
+        elif letter in "<>" and self.flags & FLAGS["dec_guiding"]:
+            self._fine = (number, 1 if letter == ">" else -1, 0)
+
+    def _move(self, arguments: bytes) -> None:
+        count, last = int.from_bytes(arguments[:4], "little"), arguments[4]
+        axis = 1 if (last >> 1 & 1) == self.settings.axis_bit else 0
+        up = not last & 0x80
+        turned = (self.settings.reversed1, self.settings.reversed2)[axis]
+        half = count if self.settings.move_count == "half" else count // 2
+        self._begin(axis, half, 1 if up != turned else -1, 1)
+
+    def _begin(self, axis: int, step_max: int, direction: int, slowed: int) -> None:
+        if self.motors[axis].slew is not None and self.settings.busy == "ignore":
+            return
+        self.motors[axis].begin(step_max, direction, slowed)
+
+    # Time ------------------------------------------------------------------------------------------------------
+
+    def advance(self, t: float) -> None:
+        """Let the timers run until POSIX `t`; a time already passed changes nothing."""
+        until = int((t - self._t0) * CRYSTAL_HZ * (1.0 + self.settings.clock_drift_ppm * 1e-6))
+        while self._now < until:
+            cycles = min(until - self._now, self._quiet())
+            self._run(cycles)
+            self._now += cycles
+            self._tick_in -= cycles
+            if self._tick_in <= 0:
+                self._ticks()
+
+    def _quiet(self) -> int:
+        """Cycles until a tick of TIMER1 changes what moves; ticks that change nothing are run through together."""
+        if self._guiding[0] or self.flags & FLAGS["pec"] or self._index_is_near():
+            return self._tick_in
+        return self._tick_in + _AT_ONCE * TICK_CYCLES
+
+    def _index_is_near(self) -> bool:
+        """Whether the index pulse may come within the ticks that are run through together."""
+        motor = self.motors[0]
+        left = self._worm_steps - motor.position % self._worm_steps
+        fastest = (_AT_ONCE + 1) * TICK_CYCLES / tracking_cycles(DEFAULT_COMPARE)
+        return self.settings.index_pulse and (motor.slew is not None or left < fastest + 1)
+
+    def _ticks(self) -> None:
+        passed = -self._tick_in // TICK_CYCLES + 1
+        self._tick_in += passed * TICK_CYCLES
+        self.bin = (self.bin + passed) % BINS
+        left, sign = self._guiding
+        self._guiding = (max(0, left - passed), sign)
+
+    def _run(self, cycles: int) -> None:
+        self._run_axis1(cycles)
+        left = self.motors[1].run(cycles)
+        steps, direction, run = self._fine
+        if steps:
+            made = min((run + left) // _GUIDE_STEP_CYCLES, steps)
+            self.motors[1].position += direction * made
+            self._fine = (steps - made, direction, run + left - made * _GUIDE_STEP_CYCLES if steps > made else 0)
+
+    def _run_axis1(self, cycles: int) -> None:
+        motor = self.motors[0]
+        left = motor.run(cycles)
+        if left < cycles:
+            self._tracked = 0
+        each = tracking_cycles(self._compare())
+        before = motor.position
+        made, self._tracked = divmod(self._tracked + left, each)
+        motor.position += made
+        if self.settings.index_pulse and before // self._worm_steps != motor.position // self._worm_steps:
+            self.bin = self.zero
+
+    def _compare(self) -> int:
+        compare = self.settings.pec_table[self.bin] if self.flags & FLAGS["pec"] else DEFAULT_COMPARE
+        left, sign = self._guiding
+        return compare - sign * self.settings.guide_counts if left else compare
+
+    # What is true ----------------------------------------------------------------------------------------------
+
+    def true_position(self, axis: int) -> float:
+        """Where axis 1 or 2 truly is, microsteps, without the steps that its motor did not make."""
+        return self._signs[axis - 1] * self._stands(axis)
+
+    def _stands(self, axis: int) -> float:
+        motor = self.motors[axis - 1]
+        return motor.position - self._missed[axis - 1] - self.settings.lost_steps * motor.made_at_speed
+
+    def push(self, axis: int, microsteps: float) -> None:
+        """Turn axis 1 or 2 by hand to larger angles, or let its motor miss as many steps."""
+        self._missed[axis - 1] -= microsteps
+
+    def encoders(self) -> tuple[int, int]:
+        """What both encoders count since it was switched on."""
+        turned = (self.settings.encoder_reversed1, self.settings.encoder_reversed2)
+        one, two = (
+            round((self._stands(axis) - zero) / steps * self.settings.encoder_counts_per_turn * (-1 if back else 1))
+            for axis, zero, steps, back in zip((1, 2), self._encoder_zero, self.steps_per_turn, turned, strict=True)
+        )
+        return one, two
+
+    @property
+    def moving(self) -> tuple[bool, bool]:
+        """Whether each axis slews."""
+        return self.motors[0].slew is not None, self.motors[1].slew is not None
+
+    def snapshot(self) -> Mapping[str, object]:
+        """All of it, for `restore`."""
+        return {
+            "t0": self._t0,
+            "now": self._now,
+            "flags": self.flags,
+            "bin": self.bin,
+            "zero": self.zero,
+            "held": self._held.hex(),
+            "tick_in": self._tick_in,
+            "guiding": list(self._guiding),
+            "tracked": self._tracked,
+            "fine": list(self._fine),
+            "missed": list(self._missed),
+            "encoder_zero": list(self._encoder_zero),
+            "motors": [
+                {
+                    "position": motor.position,
+                    "made_at_speed": motor.made_at_speed,
+                    "slew": None if motor.slew is None else asdict(motor.slew),
+                }
+                for motor in self.motors
+            ],
+        }
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on from a snapshot."""
+        self._t0, self._now, self.flags = kept["t0"], kept["now"], kept["flags"]
+        self.bin, self.zero, self._held = kept["bin"], kept["zero"], bytearray.fromhex(kept["held"])
+        self._tick_in, self._tracked = kept["tick_in"], kept["tracked"]
+        self._guiding = (kept["guiding"][0], kept["guiding"][1])
+        self._fine = (kept["fine"][0], kept["fine"][1], kept["fine"][2])
+        self._missed, self._encoder_zero = list(kept["missed"]), tuple(kept["encoder_zero"])
+        for motor, state in zip(self.motors, kept["motors"], strict=True):
+            motor.position, motor.made_at_speed = state["position"], state["made_at_speed"]
+            motor.slew = None if state["slew"] is None else Slew(**state["slew"])

@@ -1,0 +1,55 @@
+"""How a simulated box differs from the ideal one: every assumption of the readings has its switch here."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mounts.avr_box.slew_table import standard
+from mounts.avr_box.timers import DEFAULT_COMPARE
+
+
+@dataclass(frozen=True)
+class SimulatorSettings:
+    """One unit.
+
+    Parameters
+    ----------
+    move_count : str
+        Whether `M` counts all microsteps of a move, or half of them.
+    axis_bit : int
+        The value of the axis bit that means axis 2.
+    guide_counts : int
+        Timer counts by which `+` and `-` change the compare value.
+    reversed1, reversed2 : bool
+        A positive move of `M` turns the axis to smaller angles. Tracking always turns axis 1 westward.
+    encoder_reversed1, encoder_reversed2 : bool
+        An encoder counts against its axis.
+    encoder_counts_per_turn : int
+        0: none are fitted, and `Q` answers zeros.
+    slew_table : tuple of int
+        The table in its program memory.
+    pec_table : tuple of int
+        Its compare values by PEC bin.
+    busy : str
+        What a move does to an axis that still moves: it begins anew from this moment, or is not heard.
+    clock_drift_ppm : float
+        By how much its crystal is fast.
+    lost_steps : float
+        Fraction of the steps of a slew at full speed that the motors do not make.
+    index_pulse : bool
+        A Hall sensor resets the PEC pointer once a turn of the worm.
+    """
+
+    move_count: Literal["total", "half"] = "total"
+    axis_bit: int = 1
+    guide_counts: int = 4
+    reversed1: bool = False
+    reversed2: bool = False
+    encoder_reversed1: bool = False
+    encoder_reversed2: bool = False
+    encoder_counts_per_turn: int = 20000
+    slew_table: tuple[int, ...] = standard()
+    pec_table: tuple[int, ...] = (DEFAULT_COMPARE,) * 519
+    busy: Literal["restart", "ignore"] = "restart"
+    clock_drift_ppm: float = 0.0
+    lost_steps: float = 0.0
+    index_pulse: bool = True

@@ -1,0 +1,134 @@
+"""The simulated box against numbers worked out from the manual by hand."""
+
+import json
+
+import pytest
+from avr_bench import STEPS_PER_TURN, T0, like
+
+from mounts.avr_box.simulator import SimulatedAvrBox
+
+WORM_S = 66327.2727 / 276.548673  # of a turn of the worm at the default rate
+TICK_S = 0.461888
+
+
+def box(**changes):
+    return SimulatedAvrBox(like(**changes), T0, STEPS_PER_TURN)
+
+
+def plain(**changes):
+    """One whose PEC is off."""
+    unit = box(**changes)
+    unit.receive(b"C\x12", T0)
+    return unit
+
+
+def test_it_tracks_at_the_rate_of_the_default_divisor():
+    unit = plain()
+    unit.advance(T0 + 1000.0)
+    assert unit.true_position(1) == 276548  # 16 MHz / 128 / 226 / 2, for 1000 s
+    assert unit.true_position(2) == 0
+
+
+@pytest.mark.parametrize(("letter", "rate"), [(b"+", 125000 / 222 / 2), (b"-", 125000 / 230 / 2)])
+def test_guiding_lasts_until_so_many_ticks_have_passed(letter, rate):
+    unit, late = plain(), 0.3 * TICK_S
+    unit.receive(letter + b"\x0a", T0 + late)
+    unit.advance(T0 + 20.0)
+    guided = 10 * TICK_S - late
+    assert unit.true_position(1) == pytest.approx(276.548673 * (20.0 - guided) + rate * guided, abs=1.5)
+
+
+def test_guiding_needs_its_flag():
+    unit = box()
+    unit.receive(b"C\x00+\xff>\x09", T0)
+    unit.advance(T0 + 100.0)
+    assert unit.true_position(1) == 27654
+    assert unit.true_position(2) == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "sent", "moved"),
+    [
+        ({}, b"M\xe8\x03\x00\x00\x02", 1000),
+        ({}, b"M\xe9\x03\x00\x00\x82", -1000),  # an odd one is halved: the last microstep is not made
+        ({"move_count": "half"}, b"M\xe8\x03\x00\x00\x02", 2000),
+        ({"axis_bit": 0}, b"M\xe8\x03\x00\x00\x00", 1000),
+        ({"reversed2": True}, b"M\xe8\x03\x00\x00\x02", -1000),
+        ({}, b"N", 2764),
+        ({}, b"s", -2764),
+        ({}, b">\x0c", 12),
+        ({}, b"<\x0c", -12),
+        ({}, b"D", 1),
+    ],
+)
+def test_a_command_moves_axis_2_by_this(changes, sent, moved):
+    unit = plain(**changes)
+    unit.receive(sent, T0)
+    unit.advance(T0 + 60.0)
+    assert unit.true_position(2) == moved
+
+
+def test_a_slew_of_axis_1_suspends_its_tracking():
+    unit = plain()
+    unit.receive(b"M\x00\x20\x03\x00\x80", T0)  # 204800 microsteps
+    unit.advance(T0 + 5.0)
+    assert unit.moving == (True, False)
+    unit.advance(T0 + 100.0)
+    slewed_s = (204800 - 32768) / 15625 + 2 * 2.083
+    assert unit.true_position(1) == pytest.approx(-204800 + 276.548673 * (100.0 - slewed_s), abs=30.0)
+
+
+def test_half_a_command_waits_for_the_rest_for_ever():
+    unit = plain()
+    assert unit.receive(b"M\x0a\x00", T0) == b""
+    assert unit.receive(b"Q", T0 + 50.0) == b""
+    assert unit.receive(b"\x00\x02", T0 + 51.0) == b""
+    unit.advance(T0 + 52.0)
+    assert unit.moving == (False, True)  # 0x51 became a byte of the count
+
+
+def test_a_new_move_ends_the_old_one_or_is_not_heard():
+    for busy, far in (("restart", False), ("ignore", True)):
+        unit = plain(busy=busy)
+        unit.receive(b"M\x00\x00\x10\x00\x02", T0)
+        unit.receive(b"S", T0 + 5.0)
+        unit.advance(T0 + 20.0)
+        assert unit.moving[1] is far
+
+
+def test_the_bin_counts_ticks_and_the_index_pulse_sets_it():
+    unit = plain(index_pulse=False)
+    unit.receive(b"B\x00\x02", T0)
+    assert unit.receive(b"P", T0 + 3.5 * TICK_S) == b"+00515\t+00000\r"
+    assert unit.receive(b"P", T0 + 7.5 * TICK_S) == b"+00000\t+00000\r"  # 518 is the last one
+    unit = plain()
+    unit.receive(b"Z\x64\x00", T0)
+    assert unit.receive(b"P", T0 + WORM_S + 0.1 * TICK_S) == b"+00100\t+00100\r"
+
+
+def test_pec_drives_by_its_table():
+    unit = box(pec_table=(220,) * 519)
+    unit.advance(T0 + 100.0)
+    assert unit.true_position(1) == pytest.approx(125000 / 221 / 2 * 100.0, abs=1.0)
+
+
+def test_encoders_count_what_the_axes_did_not_what_the_motors_made():
+    unit = plain()
+    unit.receive(b"M\x00\x00\x04\x00\x02", T0)
+    unit.advance(T0 + 60.0)
+    unit.push(2, -STEPS_PER_TURN[1] / 20000 * 10)
+    expected = round((262144 / STEPS_PER_TURN[1]) * 20000) - 10
+    assert unit.encoders()[1] == pytest.approx(expected, abs=1)
+    assert plain(encoder_counts_per_turn=0).encoders() == (0, 0)
+
+
+def test_it_goes_on_from_its_snapshot():
+    one, two = plain(), plain()
+    one.receive(b"M\x00\x00\x01\x00\x80+\x20M\x10", T0)
+    one.advance(T0 + 1.0)
+    two.restore(json.loads(json.dumps(one.snapshot())))
+    for unit in (one, two):
+        unit.receive(b"\x00\x00\x00\x02", T0 + 2.0)
+        unit.advance(T0 + 100.0)
+    assert [one.true_position(axis) for axis in (1, 2)] == [two.true_position(axis) for axis in (1, 2)]
+    assert one.true_position(2) == 16
