@@ -1,0 +1,209 @@
+"""One axis of the box as its driver knows it: reckoned, with the moves that were sent and those that wait.
+
+A slew takes the timer from tracking, and the microstep of tracking that it interrupts is never made; after it
+tracking begins a whole step. So axis 1 is at a whole step when a move begins, counted from where the last one ended.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mounts.avr_box.encoders import Encoder
+from mounts.avr_box.memory import KeptAxis, KeptMove
+from mounts.avr_box.settings import AvrSettings
+from mounts.avr_box.slew_model import AvrSlewModel, Piece, cycles_in, seconds_of
+from mounts.avr_box.slew_table import SlewLaw
+from mounts.avr_box.tick_clock import TickClock
+from mounts.avr_box.timers import CRYSTAL_HZ, SLEW_GEARS
+from mounts.reckoning import Motion, Reckoned, Reckoning
+
+AFTER_S = 0.1  # between the computed end of a move and the next command to the axis
+FINE_STEP_S = 2 * SLEW_GEARS[1].low * 256 / CRYSTAL_HZ
+"""Of a microstep of `<` and `>`: the slowest of the low gear (A)."""
+_INTERRUPTED = 0.5  # microsteps by which a move may begin elsewhere than reckoned
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A piece that has not been sent, and the POSIX time at which it is to begin."""
+
+    piece: Piece
+    begin: float
+
+
+class BoxAxis:
+    """One axis.
+
+    Parameters
+    ----------
+    index : int
+        0 or 1.
+    settings : AvrSettings
+        What the configuration says.
+    law : SlewLaw
+        How it slews.
+    ticks : TickClock
+        Knows the crystal.
+    kept : KeptAxis
+        What was remembered of it.
+    time : float
+        When that was so, POSIX seconds.
+    """
+
+    def __init__(
+        self, index: int, settings: AvrSettings, law: SlewLaw, ticks: TickClock, kept: KeptAxis, time: float
+    ) -> None:
+        self.index = index
+        self.sign = settings.signs[index]
+        self.law = law
+        self._settings = settings
+        self._ticks = ticks
+        self.encoder: Encoder | None = None
+        if settings.encoder_counts_per_turn:
+            step = self.sign * settings.steps_per_turn[index] / settings.encoder_counts_per_turn
+            self.encoder = Encoder(step, kept.encoder_zero, kept.counts)
+        self.reckoning = Reckoning(kept.counts, time, kept.uncertainty, self.own_rate, self._rate_uncertainty)
+        self._whole = kept.counts  # a place at which it was on a whole step
+        self._moves: list[KeptMove] = []
+        self.waiting: list[Waiting] = []
+        self.aim: float | None = None
+        """Where the slew under way is to end, counts."""
+        self.slew_ends = -math.inf
+        """When the slew under way ends, or ended."""
+        self.guided_until = -math.inf
+        """When the rate is its own again, or the last microstep of `<` or `>` is made."""
+        self.unproved = False
+        """Whether a move was sent since the encoder last agreed."""
+        for move in kept.moves:
+            self.moved(move.half, move.sign, move.begin)
+
+    @property
+    def own_rate(self) -> float:
+        """Counts per second that it makes when nothing is asked of it."""
+        return self.sign * self._settings.own_rate * self._ticks.crystal if self.index == 0 else 0.0
+
+    @property
+    def grain(self) -> float:
+        """Microsteps by which an axis that tracks is off a way without steps."""
+        return 1.0 if self.index == 0 else 0.0
+
+    @property
+    def _rate_uncertainty(self) -> float:
+        return self._ticks.crystal_uncertainty + self._settings.rate_uncertainty
+
+    @property
+    def model(self) -> AvrSlewModel:
+        """How it slews."""
+        return AvrSlewModel(
+            self.law,
+            self.own_rate,
+            self._settings.longest_piece_s,
+            crystal=self._ticks.crystal,
+            wire_per_half=self._settings.wire_per_half,
+        )
+
+    @property
+    def free_at(self) -> float:
+        """POSIX seconds from which on a move may be sent to it."""
+        return self.reckoning.ends + AFTER_S
+
+    def slewing(self, time: float) -> bool:
+        """Whether the slew that was asked of it is not over."""
+        return bool(self.waiting) or time < self.slew_ends
+
+    def at(self, time: float) -> Reckoned:
+        """Where it is reckoned to be."""
+        return self.reckoning.at(time)
+
+    def rate_until_free(self, time: float) -> float:
+        """Counts per second, of a short move the mean until the axis takes another: it cannot be led off it."""
+        state = self.at(time)
+        left = self.free_at - time
+        return (self.at(self.free_at).counts - state.counts) / left if left > 0.0 else state.rate
+
+    def starts_from(self, time: float) -> float:
+        """Where a move that begins then begins, counts."""
+        here = self.at(time).counts
+        if self.index != 0:
+            return here
+        made = self.sign * (here - self._whole)
+        return self._whole + self.sign * math.floor(made + 1e-6)
+
+    def duration(self, half: int) -> float:
+        """Seconds of a move of twice `half` microsteps."""
+        return seconds_of(self.law.cycles(half), self._ticks.crystal)
+
+    def moved(self, half: int, sign: int, begin: float, *, slew: bool = False) -> None:
+        """A move has begun."""
+        self._settle(begin)
+        start, crystal = self.starts_from(begin), self._ticks.crystal
+        now = self.at(begin)
+        self.reckoning.known(start, begin, now.uncertainty)
+        course = self._course(half, sign, crystal)
+        motion = Motion(begin, self.duration(half), course, uncertainty=_INTERRUPTED if self.index == 0 else 0.0)
+        self.reckoning.moves(motion)
+        self._whole = start + 2 * half * sign
+        self._moves.append(KeptMove(half, sign, begin))
+        self.unproved = True
+        if slew:
+            self.slew_ends = max(self.slew_ends, motion.end)
+
+    def _course(self, half: int, sign: int, crystal: float) -> Callable[[float], float]:
+        return lambda seconds: sign * self.law.made(half, cycles_in(seconds, crystal))
+
+    def guided(self, rate: float, begin: float, duration: float) -> None:
+        """The rate of axis 1 is another for a time."""
+        self.reckoning.goes_on(rate, begin)
+        self.reckoning.goes_on(self.own_rate, begin + duration)
+        self.guided_until = begin + duration
+
+    def stepped(self, steps: int, begin: float) -> None:
+        """Axis 2 makes single microsteps, signed."""
+        sign, duration = (1 if steps > 0 else -1), abs(steps) * FINE_STEP_S
+        self.reckoning.moves(
+            Motion(begin, duration, lambda seconds: sign * math.floor(seconds / FINE_STEP_S), suspends=False)
+        )
+        self.guided_until = begin + duration
+
+    def known(self, counts: float, time: float, uncertainty: float) -> None:
+        """It is known where it is; what is under way goes on from there."""
+        self.reckoning.known(counts, time, uncertainty)
+        self._whole = counts
+
+    def halted(self, counts: float, time: float, uncertainty: float) -> None:
+        """Whatever was under way is over, and it is known where it stands."""
+        self.abandon()
+        self._moves.clear()
+        self.slew_ends = self.guided_until = -math.inf
+        self.reckoning.halted(counts, time, uncertainty)
+        if self.index == 0:
+            self.reckoning.goes_on(self.own_rate, time)
+        self._whole = counts
+
+    def crystal_measured(self, time: float) -> None:
+        """The crystal is known better: from now on it goes on by that, unless it is guided just now."""
+        if time >= self.guided_until and self.index == 0:
+            self.reckoning.goes_on(self.own_rate, time)
+        self.reckoning.rate_uncertainty = self._rate_uncertainty
+
+    def abandon(self) -> None:
+        """Send no further piece."""
+        self.waiting.clear()
+        self.slew_ends = self.reckoning.ends
+        self.aim = None
+
+    def begun(self, time: float) -> list[float]:
+        """When the moves began that are not over, POSIX seconds."""
+        self._settle(time)
+        return [move.begin for move in self._moves]
+
+    def kept(self, time: float) -> KeptAxis:
+        """What must be remembered of it: where it was at a time, and the moves since."""
+        state = self.at(time)
+        zero = None if self.encoder is None else self.encoder.zero
+        return KeptAxis(state.counts, state.uncertainty, tuple(self._moves), zero)
+
+    def _settle(self, time: float) -> None:
+        """Forget moves that are over."""
+        if self._moves and time >= self.reckoning.ends:
+            self._moves.clear()

@@ -1,0 +1,183 @@
+"""The box at the far end of a link: commands out, the two answers back.
+
+Nothing is acknowledged. A command goes out whole, in one write; where the link fails within one that has argument
+bytes, the box may wait for the rest, and the next byte that it gets, whatever it is meant to be, would complete it: a
+move of thousands of turns. So nothing is sent any more then, until a person has switched the box off and on.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from mounts.avr_box.answers import LENGTH, AnswerDecoder, Pair
+from mounts.avr_box.commands import COMMANDS
+from mounts.errors import DriveRefused, WrongProtocol
+from transports.errors import LinkError, NoAnswer
+from transports.link import Clock, Link
+
+ANSWER_S = 0.25  # in which an answer has begun, beyond its line time
+_BITS_PER_BYTE = 10
+_QUIET_S = 0.05
+_TRIES = 3
+_STRANGE = 64  # bytes of something else after which it is no box that talks
+HALF_A_COMMAND = (
+    "the link failed in the middle of a command, and the box may wait for the rest of it: the next byte would begin "
+    "a move of any length. Switch the box off and on, then `sync`"
+)
+
+
+class Told(NamedTuple):
+    """An answer, and the POSIX times between which it was true."""
+
+    pair: Pair
+    earliest: float
+    latest: float
+
+    @property
+    def middle(self) -> float:
+        """POSIX seconds."""
+        return (self.earliest + self.latest) / 2.0
+
+
+class Box:
+    """The box.
+
+    Parameters
+    ----------
+    open_link : callable
+        Opens the link, and opens it anew where it was lost.
+    clock : Clock
+        Stamps the answers; the one that the link has.
+    baud : int, optional
+        Bits per second of the line; none for one that takes no time.
+    """
+
+    def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
+        self._open = open_link
+        self._clock = clock
+        self.byte_s = _BITS_PER_BYTE / baud if baud else 0.0
+        """Line time of a byte."""
+        self._link: Link | None = None
+        self._unsettled = True  # something may still come that nobody asks for any more
+        self._fresh = True  # nothing was asked since it was opened: what comes is of others
+        self._trips: list[float] = []  # seconds, the last few round trips without their line time
+        self.in_doubt = False
+        """Whether half a command may stand in the box."""
+        self.damaged = 0
+        """How often something was lost or mutilated on the line, as far as answers show it."""
+
+    @property
+    def name(self) -> str:
+        """The address, as in the configuration."""
+        return "link not opened yet" if self._link is None else self._link.name
+
+    @property
+    def delay_s(self) -> float:
+        """Seconds in which a byte that has left comes to the box: half of the quickest of the last round trips."""
+        return min(self._trips, default=0.0) / 2.0
+
+    def now(self) -> float:
+        """POSIX seconds, by the clock of the link."""
+        return self._clock.now()
+
+    def send(self, command: bytes) -> float:
+        """Send a command whole; return the POSIX time at which the box has it.
+
+        Raises
+        ------
+        DriveRefused
+            Half a command may stand in the box; nothing was sent.
+        LinkError
+            The link was lost; half of this one may stand in the box from now on.
+        """
+        self._require_sound()
+        link = self._opened()
+        try:
+            return link.write(command) + self.delay_s
+        except LinkError:
+            self.in_doubt = COMMANDS[chr(command[0])].arguments > 0
+            self._drop()
+            raise
+
+    def ask(self, question: bytes, tries: int = _TRIES) -> Told:
+        """Ask `P` or `Q`, again where the answer is lost or garbled.
+
+        Raises
+        ------
+        DriveRefused
+            Half a command may stand in the box; nothing was sent.
+        NoAnswer, LinkError
+            Nothing that is an answer came.
+        WrongProtocol
+            Something talks that is no stepper box.
+        """
+        self._require_sound()
+        error: LinkError | NoAnswer | None = None
+        for _ in range(tries):
+            try:
+                return self._asked(self._opened(), question)
+            except LinkError as lost:
+                self._drop()
+                error = lost
+            except NoAnswer as silent:
+                error = silent
+            self.damaged += 1
+        assert error is not None  # noqa: S101 - there was a try
+        raise error
+
+    def pause(self, until: float) -> None:
+        """Let time pass until POSIX `until` on the link's own clock; what comes meanwhile was not asked for."""
+        while (left := until - self._clock.now()) > 0.0:
+            self._opened().read(LENGTH, left)
+
+    def switched_on(self) -> None:
+        """A person has switched the box off and on: nothing stands in it."""
+        self.in_doubt = False
+
+    def close(self) -> None:
+        """Close the link."""
+        self._drop()
+
+    def _asked(self, link: Link, question: bytes) -> Told:
+        while link.read(256, _QUIET_S if self._unsettled else 0.0):
+            self.damaged += not self._fresh
+        self._unsettled, self._fresh = True, False
+        decoder = AnswerDecoder()
+        sent = link.write(question)
+        due, come = sent + ANSWER_S + LENGTH * self.byte_s, 0
+        while (left := due - self._clock.now()) > 0.0 and come < _STRANGE:
+            data = link.read(LENGTH, left)
+            come += len(data)
+            if pairs := decoder.feed(data):
+                self.damaged += come > LENGTH
+                return self._told(pairs[0], sent)
+        if come >= _STRANGE:
+            raise WrongProtocol(
+                f"{link.name}: what talks there is no stepper box, which says nothing that it was not asked: check "
+                "the port, 9600 baud, 8N1, and [drive] kind"
+            )
+        what = "something that is no answer of a stepper box" if come else "nothing"
+        raise NoAnswer(
+            f"{link.name}: {what} came to {question.decode()!r}; check port, cable and power, and 9600 baud, 8N1"
+        )
+
+    def _told(self, pair: Pair, sent: float) -> Told:
+        """What was said was true between the question's last byte and the answer's first."""
+        self._unsettled = False
+        begun = self._clock.now() - LENGTH * self.byte_s
+        self._trips = [*self._trips[-_TRIES:], max(0.0, begun - sent)]
+        return Told(pair, sent, max(sent, begun))
+
+    def _require_sound(self) -> None:
+        if self.in_doubt:
+            raise DriveRefused(HALF_A_COMMAND)
+
+    def _opened(self) -> Link:
+        if self._link is None:
+            self._link = self._open()
+            self._unsettled = self._fresh = True
+        return self._link
+
+    def _drop(self) -> None:
+        if self._link is not None:
+            self._link.close()
+            self._link = None

@@ -1,0 +1,123 @@
+"""What can be found out about a stepper box by moves of a third of a degree that its encoders watch.
+
+Each move is of a known number of microsteps on the wire, one value of the axis bit and one sign. Which encoder
+answers, by how much and in which sense, tells the axis bit, what the count means, and the sense of each axis.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+from mounts.avr_box import commands
+from mounts.commissioning import Bench, Finding, Step, Steps, judged
+
+if TYPE_CHECKING:
+    from mounts.avr_box.box import Told
+
+_COUNTS = 20.0  # encoder counts of a trial, by the configured gears
+_LOOSE = 0.2  # by which a way may differ from what is expected
+_SEEN_COUNTS = 6.0
+REACH_DEG = 0.4
+BOUND_DEG = 1.0  # were the count halves, and the axis the other one
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A move as it was sent, and what each encoder made of it beyond tracking, counts."""
+
+    bit: int
+    wire: int
+    seen: tuple[float, float]
+
+    @property
+    def axis(self) -> int | None:
+        """Which axis moved, 0 or 1; None where neither did, or both.
+
+        An encoder 1 that counts backwards sees twice the tracking, up to 8 counts.
+        """
+        one, two = map(abs, self.seen)
+        if max(one, two) < max(_SEEN_COUNTS, 2.0 * min(one, two)):
+            return None
+        return 0 if one > two else 1
+
+
+def _trial(bench: Bench, bit: int, *, falling: bool) -> Steps[Trial]:
+    drive = bench.drive
+    axis = drive.axes[1 if bit == bench.configured("drive.axis_bit") else 0]
+    half = commands.harmless_below(round(_COUNTS * axis.encoder.step / 2.0))
+    seconds = 2.0 * axis.duration(2 * half) + 1.0
+    before: Told = drive.asked_encoders()
+    wire = drive.send_trial(axis.index, half, falling=falling)
+    yield seconds
+    after: Told = drive.asked_encoders()
+    tracked = drive.axes[0].own_rate * (after.middle - before.middle - axis.duration(half) * (axis.index == 0))
+    tracked /= drive.axes[0].encoder.steps_per_count
+    one, two = (later - earlier for later, earlier in zip(after.pair, before.pair, strict=True))
+    return Trial(bit, wire, (one - tracked, float(two)))
+
+
+def _moves(bench: Bench) -> Steps[list[Finding]]:
+    """Axis bit, count and senses."""
+    trials: list[Trial] = []
+    for bit, falling in product((0, 1), (False, True)):
+        trials += [(yield from _trial(bench, bit, falling=falling))]
+    bench.drive.give_back()
+    return [*_axis_bit(bench, trials), *_count(bench, trials), *_senses(bench, trials)]
+
+
+def _axis_bit(bench: Bench, trials: list[Trial]) -> list[Finding]:
+    subject, key, configured = "axis bit", "drive.axis_bit", bench.configured("drive.axis_bit")
+    seconds = {trial.bit for trial in trials if trial.axis == 1}
+    if len(seconds) != 1:
+        return [Finding(subject, "untested", f"the encoders saw {_seen(trials)}; check their cables", key)]
+    found = seconds.pop()
+    return [Finding(subject, judged(found == configured), f"bit {found} moves axis 2", key, configured, found)]
+
+
+def _count(bench: Bench, trials: list[Trial]) -> list[Finding]:
+    subject, key, configured = "move count", "drive.move_count", bench.configured("drive.move_count")
+    per_wire = []
+    for trial in trials:
+        if trial.axis is not None:
+            steps = abs(trial.seen[trial.axis]) * bench.drive.axes[trial.axis].encoder.step
+            per_wire.append(steps / trial.wire)
+    if not per_wire:
+        return [Finding(subject, "untested", "no encoder saw a move; check their cables", key)]
+    ratio = sum(per_wire) / len(per_wire)
+    found = {1: "total", 2: "half"}.get(round(ratio))
+    detail = f"{ratio:.3f} microsteps are made for each that is counted"
+    if found is None or abs(ratio / round(ratio) - 1.0) > _LOOSE:
+        why = f"{detail}: neither 1 nor 2; check gears and encoder_counts_per_turn"
+        return [Finding(subject, "untested", why, key)]
+    return [Finding(subject, judged(found == configured), detail, key, configured, found)]
+
+
+def _senses(bench: Bench, trials: list[Trial]) -> list[Finding]:
+    findings = []
+    for i, axis in enumerate(bench.drive.axes):
+        subject = f"axis{i + 1} sense"
+        rising = [trial.seen[i] for n, trial in enumerate(trials) if trial.axis == i and n % 2 == 0]
+        if not rising:
+            findings.append(Finding(subject, "untested", "its encoder saw no move"))
+            continue
+        agrees = rising[0] * axis.encoder.steps_per_count > 0.0
+        way = "as" if agrees else "against what"
+        detail = f"its encoder counts {way} the axis is told" + (
+            "" if agrees else ": swap its A and B wires, or, where the axis turned the wrong way, change `reversed`"
+        )
+        findings.append(Finding(subject, judged(agrees), detail))
+    return findings
+
+
+def _seen(trials: list[Trial]) -> str:
+    return ", ".join(f"{trial.seen[0]:+.1f}/{trial.seen[1]:+.1f} counts at bit {trial.bit}" for trial in trials)
+
+
+def _has_encoders(bench: Bench) -> bool:
+    return bool(bench.configured("drive.encoder_counts_per_turn"))
+
+
+BEFORE = (Step("moves", "axis bit, what a move counts, senses", _moves, REACH_DEG, BOUND_DEG, applies=_has_encoders),)
+AFTER: tuple[Step, ...] = ()
+LEFT_OUT = frozenset({"sense", "gearing", "encoder-ratio", "stop", "speed"})
+"""Shared steps that ask for absolute encoders, for a stop, or for a speed that is read."""

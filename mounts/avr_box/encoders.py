@@ -1,0 +1,66 @@
+"""The incremental encoder of an axis: what it should say, and where it says that the axis is.
+
+It counts from where the box was switched on, so that its zero is tied to the axis whenever that is known. A count is
+coarse, 65″ by default: the reckoning is finer as long as both agree, and the encoder is right when they do not.
+"""
+
+from dataclasses import dataclass
+
+TRUST_COUNTS = 1.5  # by which what is said may differ from what is reckoned exactly: both are rounded
+_CLEAR_COUNTS = 0.7  # of way that tell its sense
+_ROUNDED_COUNTS = 1.2
+
+
+@dataclass
+class Encoder:
+    """One encoder.
+
+    Parameters
+    ----------
+    steps_per_count : float
+        Microsteps of the motor for a count, signed: the sense in which the counts of the axis rise.
+    zero : float, optional
+        Microsteps at which it counts 0; None while it is not tied.
+    """
+
+    steps_per_count: float
+    zero: float | None = None
+    proved: float | None = None
+    """Where the axis was when both last agreed."""
+
+    @property
+    def step(self) -> float:
+        """Microsteps of a count."""
+        return abs(self.steps_per_count)
+
+    @property
+    def counted(self) -> float:
+        """Counts when both last agreed."""
+        return 0.0 if self.proved is None or self.zero is None else (self.proved - self.zero) / self.steps_per_count
+
+    def tie(self, said: int, steps: float) -> None:
+        """The axis is known to be at `steps` while it says this."""
+        self.zero = steps - said * self.steps_per_count
+        self.proved = steps
+
+    def steps(self, said: int) -> float:
+        """Where the axis is when it says this, to ±1 count: microsteps."""
+        if self.zero is None:
+            raise ValueError("tie it first")
+        return self.zero + said * self.steps_per_count
+
+    def off(self, said: int, steps: float, uncertainty: float) -> float:
+        """By how many microsteps the axis is beyond where it is reckoned to be, nothing where both may be right."""
+        beyond = self.steps(said) - steps
+        return beyond if abs(beyond) > TRUST_COUNTS * self.step + uncertainty else 0.0
+
+    def against(self, asked: float, made: float) -> bool:
+        """Whether the axis went, by what it says, as far the other way as was asked of it, microsteps."""
+        return abs(asked) > _CLEAR_COUNTS * self.step and abs(made + asked) < _ROUNDED_COUNTS * self.step + 0.1 * abs(
+            asked
+        )
+
+
+def zeroed(said: tuple[int, int], tracked_counts: float) -> bool:
+    """Whether both may have been switched on within the time in which tracking makes so many counts."""
+    return abs(said[1]) <= TRUST_COUNTS and abs(said[0]) <= tracked_counts + TRUST_COUNTS

@@ -1,0 +1,120 @@
+"""What the driver of a box wants to be given back: all that nobody can ask the box.
+
+Position and its time, the moves under way, the ties of the encoders, the measured crystal. A move is remembered
+before it is sent: where a program ended in between, nobody knows whether it was made.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import cast
+
+NEVER = "the position of this drive was never synchronised; `sync` on a known star"
+UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
+REINTERPRETED = (
+    "gears, centre, sense, mount type or site were configured anew since the last sync, so counts mean other places; "
+    "`sync` on a known star"
+)
+UNSENT = (
+    "the program ended while it sent a move, and the box does not say whether it was made; `sync` on a known star"
+)
+
+
+@dataclass(frozen=True)
+class KeptMove:
+    """A move that was sent."""
+
+    half: int
+    sign: int
+    begin: float
+
+
+@dataclass(frozen=True)
+class KeptAxis:
+    """One axis."""
+
+    counts: float
+    uncertainty: float
+    moves: tuple[KeptMove, ...] = ()
+    encoder_zero: float | None = None
+
+
+@dataclass(frozen=True)
+class Kept:
+    """All that is remembered."""
+
+    unsynchronised: str = NEVER
+    time: float = -math.inf
+    axes: tuple[KeptAxis, KeptAxis] = (KeptAxis(0.0, 0.0), KeptAxis(0.0, 0.0))
+    crystal: float = 1.0
+    crystal_uncertainty: float | None = None
+    resting: bool = False
+    sending: bool = False
+    meaning: str = ""
+
+    def as_json(self) -> dict[str, object]:
+        """As it is stored."""
+        kept = asdict(self)
+        return kept | {"time": None if math.isinf(self.time) else self.time, "axes": [asdict(a) for a in self.axes]}
+
+    @classmethod
+    def of(cls, memory: Mapping[str, object], meaning: str) -> "Kept":
+        """What was stored, judged: unsynchronised where it is nothing, broken, or of another telescope."""
+        if not memory:
+            return cls(meaning=meaning)
+        try:
+            found = _read(memory)
+        except (KeyError, TypeError, ValueError):
+            return cls(unsynchronised=UNREADABLE, meaning=meaning)
+        why = found.unsynchronised
+        if not why and found.sending:
+            why = UNSENT
+        if not why and found.meaning != meaning:
+            why = REINTERPRETED
+        return cls(
+            why, found.time, found.axes, found.crystal, found.crystal_uncertainty, found.resting, meaning=meaning
+        )
+
+
+def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
+    """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
+    one, two = (KeptAxis(float(each), 0.0) for each in counts)
+    return Kept("", time, (one, two), resting=True, meaning=meaning).as_json()
+
+
+def _read(memory: Mapping[str, object]) -> Kept:
+    one, two = (_axis(cast("Mapping[str, object]", kept)) for kept in cast("Sequence[object]", memory["axes"]))
+    time, crystal = memory["time"], memory.get("crystal_uncertainty")
+    return Kept(
+        unsynchronised=_text(memory["unsynchronised"]),
+        time=-math.inf if time is None else _number(time),
+        axes=(one, two),
+        crystal=_number(memory["crystal"]),
+        crystal_uncertainty=None if crystal is None else _number(crystal),
+        resting=memory["resting"] is True,
+        sending=memory["sending"] is True,
+        meaning=_text(memory["meaning"]),
+    )
+
+
+def _axis(kept: Mapping[str, object]) -> KeptAxis:
+    moves = tuple(
+        KeptMove(int(_number(move["half"])), int(_number(move["sign"])), _number(move["begin"]))
+        for move in cast("Sequence[Mapping[str, object]]", kept["moves"])
+    )
+    zero = kept["encoder_zero"]
+    return KeptAxis(
+        _number(kept["counts"]), _number(kept["uncertainty"]), moves, None if zero is None else _number(zero)
+    )
+
+
+def _number(stored: object) -> float:
+    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
+        raise TypeError(stored)
+    return float(stored)
+
+
+def _text(stored: object) -> str:
+    if not isinstance(stored, str):
+        raise TypeError(stored)
+    return stored

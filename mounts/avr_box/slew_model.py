@@ -1,0 +1,206 @@
+"""How an axis of the box slews, as the planner asks: whole moves by the table, long ones in pieces.
+
+A move is an even number of microsteps, up and down the table. No command ends one, so a long one goes in pieces that
+each last at most `longest_s`; before the next the axis rests for `pause_s`, in which axis 1 tracks. A count whose
+bytes would be commands, were the letter before them lost, is not sent: a short last piece makes up for that.
+
+The arrival at a moving target is solved by asking again and again, which needs a duration without jumps: so every
+slew has the time that the last piece may take, and just before one more piece is needed the time for that is given
+bit by bit.
+
+Tracking makes whole microsteps from the end of one piece to the beginning of the next: one under way then is lost.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from mounts.avr_box.commands import harmless_below
+from mounts.avr_box.slew_table import SlewLaw
+from mounts.avr_box.timers import CRYSTAL_HZ
+
+PAUSE_S = 0.35
+"""Between two pieces: a move may be commanded 0.1 s after the one before has ended, and hosts are not punctual."""
+_TAIL = 64  # half of the microsteps of the last piece, or a little more, for the bytes of those before it
+_PARTED = 200  # the most that it has, in moves of less than minutes
+_SLOPE = 600.0  # half microsteps a second by which one more piece is prepared: slow beside what tracks
+_ROUNDS = 4
+_SLOWEST_PIECE_S = 2.0  # of a slew slower than the table's
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One move: half of its microsteps, its sign, and seconds from the beginning of the slew until it begins."""
+
+    half: int
+    sign: int
+    begin: float
+    duration: float
+
+    @property
+    def steps(self) -> int:
+        """Microsteps, signed."""
+        return 2 * self.half * self.sign
+
+
+@dataclass(frozen=True)
+class AvrTravel:
+    """A slew in pieces; keeps `pointing.slew.Travel`."""
+
+    law: SlewLaw
+    start: float
+    rate: float  # with which the axis goes on where no piece moves it, microsteps per second
+    pieces: tuple[Piece, ...]
+    duration: float  # seconds until the last piece has ended
+    crystal: float = 1.0  # true crystal frequency over the nominal one
+
+    @property
+    def landed(self) -> float:
+        """Where the last piece ends."""
+        return self.position(self.duration)
+
+    def position(self, elapsed: float) -> float:
+        """Microsteps so many seconds after the beginning."""
+        elapsed = min(elapsed, self.duration)
+        here, free_since = self.start, 0.0
+        for piece in self.pieces:
+            if elapsed <= piece.begin:
+                break
+            here += math.trunc(self.rate * (piece.begin - free_since))
+            since = min(elapsed - piece.begin, piece.duration)
+            here += piece.sign * self.law.made(piece.half, cycles_in(since, self.crystal))
+            free_since = piece.begin + piece.duration
+        return here + self.rate * max(0.0, elapsed - free_since)
+
+
+@dataclass(frozen=True)
+class AvrSlewModel:
+    """The law of one axis; keeps `pointing.slew.SlewModel`.
+
+    Parameters
+    ----------
+    law : SlewLaw
+        Its table and gears.
+    rate : float
+        Microsteps a second with which it tracks by itself, signed; 0 for axis 2.
+    longest_s : float
+        Of one piece.
+    pause_s : float
+        Between pieces.
+    crystal : float
+        True frequency of the box's crystal over the nominal one.
+    slowest : float, optional
+        Microsteps a second on the average, for a slew that is held slower.
+    wire_per_half : int
+        What a move of two microsteps counts in a command.
+    """
+
+    law: SlewLaw
+    rate: float = 0.0
+    longest_s: float = 30.0
+    pause_s: float = PAUSE_S
+    crystal: float = 1.0
+    slowest: float | None = None
+    wire_per_half: int = 2
+
+    @property
+    def max_rate(self) -> float:
+        """Microsteps a second at full speed, or as held."""
+        return self.slowest or self.law.fastest * self.crystal
+
+    @property
+    def longest_half(self) -> int:
+        """Half of the microsteps of the longest piece."""
+        return self.law.half_within(cycles_in(self.longest_s, self.crystal))
+
+    def limited(self, max_rate: float) -> "AvrSlewModel":
+        """The same axis, slower on the average: in short pieces with longer pauses, as the table has one speed."""
+        if max_rate >= self.law.fastest * self.crystal:
+            return self
+        return replace(self, slowest=max_rate, longest_s=min(self.longest_s, _SLOWEST_PIECE_S))
+
+    def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> AvrTravel:  # noqa: ARG002
+        """Travel from `start` to within a microstep of `end`; it lands at the rate of its own."""
+        tracked, pieces = 0, list[Piece]()
+        for _ in range(_ROUNDS):  # what tracking makes while no piece moves the axis changes the way
+            way = end - start - tracked
+            pieces = self._pieces(round(abs(way) / 2.0), 1 if way >= 0.0 else -1)
+            tracked = self._tracked(pieces)
+        pieces = self._exact(pieces, end - start - tracked)
+        duration = pieces[-1].begin + pieces[-1].duration if pieces else self._duration(0)
+        return AvrTravel(self.law, start, self.rate, tuple(pieces), duration, self.crystal)
+
+    def _pieces(self, half: int, sign: int) -> list[Piece]:
+        """One after the other; the last one ends when the slew does."""
+        begin, pieces = 0.0, []
+        *main, tail = parts(half, self.longest_half, self.wire_per_half) or (0,)
+        for each in main:
+            pieces.append(Piece(each, sign, begin, self._lasts(each)))
+            begin += self._lasts(each) + self._pause(each)
+        pieces.append(Piece(tail, sign, max(begin, self._duration(half) - self._lasts(tail)), self._lasts(tail)))
+        return pieces if half else []
+
+    def _exact(self, pieces: list[Piece], way: float) -> list[Piece]:
+        """The same with a last piece that ends within a microstep of where it should, begun at its time."""
+        if not pieces:
+            return pieces
+        *main, tail = pieces
+        half = tail.sign * round((way - sum(piece.steps for piece in main)) / 2.0)
+        if half < 0 or harmless_below(half * self.wire_per_half, self.wire_per_half) != half * self.wire_per_half:
+            return pieces
+        return [*main, replace(tail, half=half, duration=self._lasts(half))]
+
+    def _tracked(self, pieces: list[Piece]) -> int:
+        """Microsteps that tracking makes before the pieces, and where there are none; a move interrupts the next."""
+        made, free_since = 0, 0.0
+        for piece in pieces:
+            made += math.trunc(self.rate * (piece.begin - free_since))
+            free_since = piece.begin + piece.duration
+        return made if pieces else math.trunc(self.rate * self._duration(0))
+
+    def _duration(self, half: int) -> float:
+        """Seconds of a slew of twice `half` microsteps: without a jump, and enough for it to be parted."""
+        largest = self.longest_half
+        count = max(1, math.ceil(half / largest))
+        here, jump = self._in_equal_pieces(half, count), self._in_equal_pieces(count * largest, count + 1)
+        jump -= self._in_equal_pieces(count * largest, count)
+        near = 1.0 - (count * largest - half) / (_SLOPE * max(jump, 1e-9))
+        return here + self.pause_s + self._lasts(_PARTED) + max(0.0, near) * jump
+
+    def _in_equal_pieces(self, half: int, count: int) -> float:
+        each, more = divmod(half, count)
+        moving = more * self._lasts(each + 1) + (count - more) * self._lasts(each)
+        return moving + (count - 1) * self._pause(each)
+
+    def _lasts(self, half: int) -> float:
+        return seconds_of(self.law.cycles(half), self.crystal)
+
+    def _pause(self, half: int) -> float:
+        if self.slowest is None:
+            return self.pause_s
+        return max(self.pause_s, 2.0 * half / self.slowest - self._lasts(half))
+
+
+def cycles_in(seconds: float, crystal: float = 1.0) -> int:
+    """Whole crystal cycles in a time."""
+    return round(seconds * CRYSTAL_HZ * crystal)
+
+
+def seconds_of(cycles: int, crystal: float = 1.0) -> float:
+    """How long so many crystal cycles last."""
+    return cycles / (CRYSTAL_HZ * crystal)
+
+
+def parts(half: int, largest: int, wire_per_half: int) -> list[int]:
+    """A way in few pieces, about alike, and a short last one, none with a count that it must not have."""
+
+    def harmless(part: int) -> int:
+        return harmless_below(part * wire_per_half, wire_per_half) // wire_per_half
+
+    for tail in range(min(_TAIL, half), half + 1):
+        count, left, main = math.ceil((half - tail) / largest), half - tail, []
+        for i in range(count):
+            main.append(harmless(min(-(-left // (count - i)), largest)))
+            left -= main[-1]
+        if harmless(left + tail) == left + tail <= largest:
+            return [*main, left + tail]
+    return [] if half == 0 else [harmless(half), *parts(half - harmless(half), largest, wire_per_half)]

@@ -1,0 +1,298 @@
+"""Whether the axes are where they are reckoned to be: the encoders are asked, and what they say is acted on.
+
+A byte that is lost on the way to the box can make any move of one that was bounded; nothing in its protocol forbids
+it. So an axis that the encoder sees run where none was asked to is given a move of 5′, which ends the one before it
+(A). An axis that stands elsewhere missed steps, or was moved by hand: the encoder says where it is, to a count.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from mounts.avr_box import commands
+from mounts.avr_box.axis import BoxAxis
+from mounts.avr_box.box import Box, Told
+from mounts.avr_box.encoders import Encoder, zeroed
+
+_AGAIN_S = 0.3  # between two looks at an axis that is astray: at full speed it makes 4 counts
+_RUNS_COUNTS = 2.5  # beyond what was asked of it, between them
+_FIVE_ARCMIN = (2763, 1382)  # half of the microsteps of W and N
+_ENDING = ((b"E", b"W"), (b"S", b"N"))  # to smaller and larger angles
+_TIMING_S = 0.005
+_AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
+_BOUND_COUNTS = 2.0  # where an axis may be off that is reckoned within a count of what its encoder says, to a count
+_BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
+_ENDINGS = 3  # commands to end a runaway, should one be lost
+_OFTEN = 2  # times that the opposite is no chance
+SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
+MAY_RUN = (
+    "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: look "
+    "at the telescope, switch the box off if it runs, then `sync`"
+)
+AGAINST = (
+    "the encoder of axis {} says the opposite of what the axis was told: swap its A and B wires, or set `reversed` "
+    "of that axis where it turns the wrong way, then `sync`"
+)
+RAN = (
+    "axis {} ran where it was not sent and was given a move of 5′ to end that: a mutilated command, or, if it is so "
+    "at every move, `move_count`, `axis_bit` or `reversed` are not as configured"
+)
+RUNS_ON = "axis {} runs on, and a move of 5′ did not end it: switch the box off now, then on, and `sync`"
+
+
+class _Astray(NamedTuple):
+    """An axis that is not where it was reckoned to be, twice."""
+
+    axis: BoxAxis
+    encoder: Encoder
+    told: Told  # the later look
+    runs: float  # counts that it made between two looks beyond what was asked of it, signed with its own
+    opposite: bool  # it went as far the other way
+
+
+class Supervision:
+    """Watches both axes of one box.
+
+    Parameters
+    ----------
+    box : Box
+        Is asked.
+    axes : tuple of BoxAxis
+        Are repaired.
+    unsynchronised : str
+        Why nobody knows where they are; empty where that is known.
+    since : float
+        When that was so, POSIX seconds.
+    """
+
+    def __init__(self, box: Box, axes: tuple[BoxAxis, BoxAxis], unsynchronised: str, since: float) -> None:
+        self._box = box
+        self._axes = axes
+        self.unsynchronised = unsynchronised
+        self.alarms: tuple[str, ...] = ()
+        self.on_trial = False
+        """A move is under way of which nobody knows yet where it leads."""
+        self.moved_by: tuple[str, ...] = ()
+        self._events: list[str] = []
+        self._against = [0, 0]  # how often an encoder said the opposite, one time after the other
+        self._looked = since
+        self._runaway: tuple[BoxAxis, Encoder, bool] | None = None  # which no move of 5′ ended, and its sense
+        self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
+        self._sound = 0  # damages of the line when the position was last given
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was seen, the newest last."""
+        return tuple(self._events[-5:])
+
+    def found(self) -> None:
+        """Look for the first time: tie the encoders, or say where the axes went while nobody looked."""
+        if self._axes[0].encoder is None:
+            return
+        told = self._box.ask(commands.ASK_ENCODERS)
+        if self.unsynchronised:
+            return
+        self._tie(told)
+        if any(self._beyond(axis, told) for axis in self._axes):
+            if self._began_anew(told):
+                self._lose(SWITCHED)
+            else:
+                self._repair(self._astray(told))
+        self._bound(told)
+
+    def look(self) -> None:
+        """Ask the encoders, and act on what they say.
+
+        Raises
+        ------
+        TransportError
+            They do not answer.
+        """
+        told = self._box.ask(commands.ASK_ENCODERS)
+        if self.alarms and self._runaway is not None:
+            axis, encoder, rising = self._runaway
+            self._end(axis, encoder, rising=rising)
+        if self.unsynchronised or self.on_trial:
+            return
+        self._tie(told)
+        self.moved_by = ()
+        if not any(self._beyond(axis, told) for axis in self._axes):
+            self._agreed(told)
+            return
+        told = self._box.ask(commands.ASK_ENCODERS)  # digits can be garbled and still be some
+        if any(self._beyond(axis, told) for axis in self._axes):
+            self._act(told)
+        else:
+            self._box.damaged += 1
+            self._agreed(told)
+
+    def suspect(self) -> None:
+        """The box was silent after a move: see whether it runs."""
+        if self._axes[0].encoder is None:
+            self._lose(MAY_RUN)
+            return
+        self.look()
+
+    def resumed(self) -> None:
+        """Trials are over: the encoders say where they led."""
+        if not self.on_trial:
+            return
+        self.on_trial = False
+        told = self._box.ask(commands.ASK_ENCODERS)
+        for axis, said in zip(self._axes, told.pair, strict=True):
+            if axis.encoder is not None and axis.encoder.zero is not None:
+                axis.halted(axis.encoder.steps(said), told.middle, _BOUND_COUNTS * axis.encoder.step)
+
+    def synchronised(self) -> None:
+        """A person says where the axes are."""
+        self.unsynchronised, self.alarms, self._sound = "", (), self._box.damaged
+        self._box.switched_on()
+        encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
+        for encoder in encoders:
+            encoder.zero = None
+        if encoders:
+            self._tie(self._box.ask(commands.ASK_ENCODERS))
+
+    def _tie(self, told: Told) -> None:
+        for axis, said in zip(self._axes, told.pair, strict=True):
+            if axis.encoder is not None and axis.encoder.zero is None:
+                axis.encoder.tie(said, axis.at(told.middle).counts)
+
+    def _beyond(self, axis: BoxAxis, told: Told) -> float:
+        """By how many microsteps an axis is beyond where it is reckoned to be."""
+        encoder = axis.encoder
+        if encoder is None or encoder.zero is None:
+            return 0.0
+        state = axis.at(told.middle)
+        timing = (told.latest - told.earliest) / 2.0 + _TIMING_S
+        return encoder.off(told.pair[axis.index], state.counts, state.uncertainty + abs(state.rate) * timing)
+
+    def _agreed(self, told: Told) -> None:
+        self._bound(told)
+        self._looked = told.middle
+        for axis in self._axes:
+            if axis.encoder is not None and told.earliest > axis.reckoning.ends:
+                axis.unproved = False
+                axis.encoder.proved = axis.at(told.middle).counts
+                self._against[axis.index] = 0
+
+    def _bound(self, told: Told) -> None:
+        """An encoder bounds what the reckoning may be off, where that is much, or commands may have been lost."""
+        damaged = self._box.damaged > self._sound
+        for axis, said in zip(self._axes, told.pair, strict=True):
+            encoder = axis.encoder
+            if encoder is None or encoder.zero is None:
+                continue
+            state, most = axis.at(told.middle), _BOUND_COUNTS * encoder.step
+            if (damaged or state.uncertainty > most) and not state.moving:
+                here = encoder.steps(said)
+                axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
+
+    def _act(self, told: Told) -> None:
+        """Two answers said so: a box that was switched on, a sense that is wrong, a runaway, a hand."""
+        if self._began_anew(told):
+            self._lose(SWITCHED)
+            return
+        astray = self._astray(told)
+        running = [each for each in astray if abs(each.runs) > _RUNS_COUNTS]
+        if running and (self._any_unproved() or self._runs_for(told.middle) > _BY_HAND_S):
+            for each in running:
+                self._end(each.axis, each.encoder, rising=each.runs > 0.0)
+                if each.opposite:
+                    self._lose(AGAINST.format(each.axis.index + 1))
+            return
+        self.moved_by = ("hand controller",) if running else ()
+        self._repair(astray)
+
+    def _runs_for(self, time: float) -> float:
+        """Seconds since an axis that runs now was first seen to."""
+        if time - self._runs_seen > _BY_HAND_S:
+            self._runs_since = time
+        self._runs_seen = time
+        return time - self._runs_since
+
+    def _any_unproved(self) -> bool:
+        return any(axis.unproved for axis in self._axes)
+
+    def _astray(self, told: Told) -> list[_Astray]:
+        """Look again after a moment at each axis that is astray, whether it runs."""
+        self._box.pause(told.latest + _AGAIN_S)
+        again = self._box.ask(commands.ASK_ENCODERS)
+        found = []
+        for axis in self._axes:
+            encoder = axis.encoder
+            if encoder is None or not self._beyond(axis, again):
+                continue
+            here = axis.at(again.middle)
+            asked = here.counts - axis.at(told.middle).counts
+            made = encoder.steps(again.pair[axis.index]) - encoder.steps(told.pair[axis.index])
+            runs = (made - asked) / encoder.step
+            found.append(
+                _Astray(
+                    axis, encoder, again, runs, opposite=abs(runs) > _RUNS_COUNTS and encoder.against(asked, made)
+                )
+            )
+        return found
+
+    def _repair(self, astray: Sequence[_Astray]) -> None:
+        """The encoder is right, to a count; one that again and again says the opposite is not."""
+        for axis, encoder, told, runs, _ in astray:
+            said, state = encoder.steps(told.pair[axis.index]), axis.at(told.middle)
+            since = state.counts if encoder.proved is None else encoder.proved
+            against = encoder.against(state.counts - since, said - since)
+            self._against[axis.index] = self._against[axis.index] + 1 if against else 0
+            if self._against[axis.index] >= _OFTEN:
+                self._lose(AGAINST.format(axis.index + 1))
+                return
+            self._note(
+                f"axis {axis.index + 1} is {abs(said - state.counts) / encoder.step:.1f} encoder counts from where "
+                "its steps lead: it missed steps, or was moved by hand; the encoder says where it is, ± 1 count"
+            )
+            unsure = encoder.step * (_BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
+            axis.known(said, told.middle, unsure)
+            encoder.proved = said
+
+    def _end(self, axis: BoxAxis, encoder: Encoder, *, rising: bool) -> None:
+        """End a move that nobody asked for by one of 5′ against it, again where that is lost; see that it ended."""
+        for other in self._axes:
+            other.abandon()
+        self._note(RAN.format(axis.index + 1))
+        for _ in range(_ENDINGS):
+            begin = self._box.send(_ENDING[axis.index][rising is (axis.sign < 0)])
+            if not self._stands(axis, encoder)[0]:  # at once: a move of 5′ begins slowly, so this one was lost
+                continue
+            self._box.pause(begin + axis.duration(_FIVE_ARCMIN[axis.index]) + _AGAIN_S)
+            stands, told = self._stands(axis, encoder)
+            if stands:
+                axis.halted(encoder.steps(told.pair[axis.index]), told.middle, _BOUND_COUNTS * encoder.step)
+                self.alarms = ()
+                return
+        self.alarms = (f"axis {axis.index + 1} runs away",)
+        self._runaway = axis, encoder, rising
+        self._lose(RUNS_ON.format(axis.index + 1))
+
+    def _stands(self, axis: BoxAxis, encoder: Encoder) -> tuple[bool, Told]:
+        """Whether an axis does no more than it does by itself, and the later of two looks."""
+        first = self._box.ask(commands.ASK_ENCODERS)
+        self._box.pause(first.latest + _AGAIN_S)
+        second = self._box.ask(commands.ASK_ENCODERS)
+        made = (second.pair[axis.index] - first.pair[axis.index]) * encoder.steps_per_count
+        by_itself = axis.own_rate * (second.middle - first.middle)
+        return abs(made - by_itself) <= _RUNS_COUNTS * encoder.step, second
+
+    def _began_anew(self, told: Told) -> bool:
+        """Whether both count from nothing, and did not when they last agreed."""
+        one = self._axes[0]
+        known = [axis.encoder for axis in self._axes if axis.encoder is not None]
+        if not any(abs(encoder.counted) > _AWAY_COUNTS for encoder in known):
+            return False
+        tracked = abs(one.own_rate) * max(0.0, told.middle - self._looked) / known[0].step
+        return zeroed(told.pair, tracked)
+
+    def _lose(self, why: str) -> None:
+        self.unsynchronised = why
+        self._note(why)
+
+    def _note(self, text: str) -> None:
+        if not self._events or self._events[-1] != text:
+            self._events.append(text)

@@ -1,0 +1,108 @@
+"""When the box's TIMER1 ticks, found out from the PEC bin, which changes on the tick.
+
+Each answer to `P` bounds the moment of the last tick: not after the answer, not a tick before the question. Bounds
+are carried on from tick to tick, a little wider each time as long as the crystal is not known, and intersected. Over
+minutes they tell the crystal as well. An index pulse of the worm moves the bin and not the tick: a jump of the bin
+tells nothing of the tick.
+"""
+
+import math
+
+from mounts.avr_box.commands import BINS
+from mounts.avr_box.timers import TICK_S
+
+CRYSTAL_UNCERTAINTY = 1e-4
+"""Of a crystal that nobody has measured, relative."""
+_SURER = 0.5  # times as sure as before, for the crystal to be taken anew
+_LEAST = 2e-6  # to which a crystal is believed; it changes with the temperature
+
+
+class TickClock:
+    """The ticks of one box.
+
+    Parameters
+    ----------
+    crystal : float
+        True frequency of its crystal over the nominal one.
+    uncertainty : float
+        Of that, relative.
+    """
+
+    def __init__(self, crystal: float = 1.0, uncertainty: float = CRYSTAL_UNCERTAINTY) -> None:
+        self.crystal = crystal
+        self.crystal_uncertainty = uncertainty
+        self._bin: int | None = None  # after the tick below
+        self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
+        self._first: tuple[float, float, int] | None = None  # bounds of an early tick, and how many there were since
+
+    @property
+    def tick_s(self) -> float:
+        """How long a tick lasts by the host's clock."""
+        return TICK_S / self.crystal
+
+    @property
+    def uncertainty_s(self) -> float:
+        """By how much the moment of a tick may be off; infinite before the first answer."""
+        return (self._high - self._low) / 2.0 if self._bin is not None else math.inf
+
+    def last_tick(self, time: float) -> float:
+        """The moment of the last tick before a time, as well as it is known."""
+        middle = (self._low + self._high) / 2.0
+        return middle + math.floor((time - middle) / self.tick_s) * self.tick_s
+
+    def since_tick(self, time: float) -> float:
+        """Seconds since the last tick."""
+        return time - self.last_tick(time)
+
+    def heard(self, number: int, earliest: float, latest: float) -> None:
+        """Take in that the bin was this at some moment between two times."""
+        bounds = latest - self.tick_s - (latest - earliest), latest
+        if self._bin is None or self._first is None:
+            self._bin, (self._low, self._high) = number, bounds
+            self._first = (*bounds, 0)
+            return
+        ticks = self._passed(number, (earliest + latest) / 2.0)
+        self._carry(ticks or 0)
+        if ticks is None:  # the index pulse moved the bin
+            self._carry(math.floor((earliest - self._high) / self.tick_s))
+            self._bin = number
+            return
+        self._bin = number
+        low, high = max(self._low, bounds[0]), min(self._high, bounds[1])
+        if low > high:  # a delay that was not seen: begin anew
+            low, high = bounds
+            self._first = (*bounds, 0)
+        self._low, self._high = low, high
+        self._measure()
+
+    def _passed(self, number: int, time: float) -> int | None:
+        """Ticks since the last answer, by the bin; None where bin and time do not agree."""
+        assert self._bin is not None  # noqa: S101 - there was an answer
+        expected = (time - (self._low + self._high) / 2.0) / self.tick_s
+        ticks = (number - self._bin) % BINS
+        ticks += BINS * round((expected - 0.5 - ticks) / BINS)
+        wide = 1.0 + self.uncertainty_s / self.tick_s
+        return ticks if -wide < expected - 0.5 - ticks < wide and ticks >= 0 else None
+
+    def _carry(self, ticks: int) -> None:
+        """Speak of a later tick from now on."""
+        wider = ticks * self.tick_s * self.crystal_uncertainty
+        self._low += ticks * self.tick_s - wider
+        self._high += ticks * self.tick_s + wider
+        if self._first is not None:
+            self._first = (*self._first[:2], self._first[2] + ticks)
+
+    def _measure(self) -> None:
+        """Tell the crystal from the ticks since the first, where that tells it better."""
+        assert self._first is not None  # noqa: S101 - there was an answer
+        low, high, ticks = self._first
+        if ticks < 1:
+            self._first = (self._low, self._high, 0)
+            return
+        span = (self._low + self._high - low - high) / 2.0
+        doubt = (self._high - self._low + high - low) / 2.0 / span
+        if doubt < _SURER * self.crystal_uncertainty:
+            self.crystal = ticks * TICK_S / span
+            self.crystal_uncertainty = max(doubt, _LEAST)
+        if high - low > 2.0 * (self._high - self._low) and span < 60.0 * self.tick_s:
+            self._first = (self._low, self._high, 0)  # a beginning that is better known

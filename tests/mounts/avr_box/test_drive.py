@@ -1,0 +1,251 @@
+"""The driver against the stepped box: where it lands and when, how it tracks, how it holds, what it refuses."""
+
+import math
+import random
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from avr_bench import (
+    COUNT,
+    DEC_ARCSEC,
+    RA_ARCSEC,
+    SETTINGS,
+    SIDEREAL,
+    STEPS_PER_TURN,
+    T0,
+    Bench,
+    Line,
+    coarser_table,
+    like,
+)
+
+from mounts.avr_box.memory import NEVER, UNREADABLE, UNSENT
+from mounts.avr_box.pec import PeriodicError, table
+from mounts.drive import AxisSlew
+from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
+from transports.errors import NoAnswer
+
+
+def test_a_box_new_at_its_park_position_is_synchronised_and_said_to_track():
+    bench = Bench()
+    reading = bench.connect()
+    assert reading.unsynchronised == ""
+    assert reading.motion == ("tracking",)
+    assert reading.axes[0].rate == pytest.approx(276.548673, abs=1e-5)  # 16 MHz / 128 / 226 / 2
+    assert "cannot be read back" in bench.drive.notes[0]
+
+
+@pytest.mark.parametrize("table", [None, coarser_table()], ids=["standard", "stairs"])
+def test_a_slew_lands_within_a_microstep_at_the_time_that_was_predicted(table):
+    settings = SETTINGS if table is None else replace(SETTINGS, slew_table=table)
+    bench = Bench(settings, like(slew_table=settings.slew_table))
+    bench.connect()
+    rng, worst, late = random.Random(1), [0.0, 0.0], 0.0  # noqa: S311
+    for _ in range(12):
+        bench.clock.sleep(rng.uniform(0.0, 3.0))
+        start = bench.read()
+        targets = tuple(
+            round(axis.counts + rng.choice((-1, 1)) * 10.0 ** rng.uniform(1.0, 5.9)) for axis in start.axes
+        )
+        began = bench.clock.now() + bench.drive.start_latency
+        durations = [
+            model.travel(axis.counts + axis.rate * (began - start.time), target, 0.0, 0.0).duration
+            for model, axis, target in zip(bench.drive.slew_models, start.axes, targets, strict=True)
+        ]
+        predicted = began + max(durations)
+        slews = [
+            AxisSlew(target, rate, arrival=began + due)
+            for target, rate, due in zip(targets, (SIDEREAL, 0.0), durations, strict=True)
+        ]
+        bench.drive.start(slews, bench.clock.now())
+        while bench.clock.now() < predicted - 0.3:
+            bench.read()
+            bench.clock.sleep(min(0.25, max(0.02, predicted - 0.3 - bench.clock.now())))
+        bench.read()
+        bench.clock.sleep(max(0.0, predicted + 0.001 - bench.clock.now()))
+        late = max(late, max(axis.slew_ends for axis in bench.drive.axes) - predicted)
+        waited = bench.clock.now() - began
+        wanted = targets[0] + SIDEREAL * (waited - durations[0]), targets[1]
+        worst = [max(w, abs(true - want)) for w, true, want in zip(worst, bench.true(), wanted, strict=True)]
+        while any(axis.slewing for axis in bench.read().axes):
+            bench.clock.sleep(0.1)
+    print(f"\nworst landing {worst[0]:.2f} and {worst[1]:.2f} microsteps, {late * 1e3:.2f} ms late at most")
+    assert late < 0.01  # the line time of a move: both may be due at once
+    assert worst[1] <= 1.0  # a move is an even number of microsteps
+    assert worst[0] <= 2.0  # likewise, and the phase of tracking within its microstep
+
+
+def test_thirty_minutes_of_tracking_stay_within_an_arcsecond_at_one_command_every_twenty_seconds():
+    bench, sent = Bench(), []
+    bench.connect()
+    receive = bench.box.receive
+
+    def counting(data, t):
+        if data[:1] in b"+-":
+            sent.append(t)
+        return receive(data, t)
+
+    bench.box.receive = counting
+    errors = []
+    path = Line((bench.read().axes[0].counts, 0.0), (SIDEREAL, 0.0), bench.clock.now())
+
+    def look(now):
+        errors.append((bench.true()[0] - path.at(now)[0][0]) * RA_ARCSEC)
+
+    bench.follow(path, 1800.0, look)
+    rms = math.sqrt(sum(e * e for e in errors) / len(errors))
+    gaps = [b - a for a, b in pairwise(sent)]
+    print(f"\n30 min: {rms:.3f}″ RMS, {max(map(abs, errors)):.3f}″ worst, a command every {min(gaps):.1f} s or more")
+    assert rms <= 1.0
+    assert min(gaps) >= 19.0
+
+
+@pytest.mark.parametrize("ppm", [-80.0, 80.0])
+def test_a_crystal_that_is_off_is_measured_and_tracked_with(ppm):
+    bench = Bench(unit=like(clock_drift_ppm=ppm))
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (SIDEREAL, 0.0), bench.clock.now())
+    bench.follow(path, 3600.0)
+    found = float(bench.drive.registers()["crystal"].split()[0])
+    off = (bench.true()[0] - path.at(bench.clock.now())[0][0]) * RA_ARCSEC
+    print(f"\ncrystal {found:+.1f} ppm for {ppm:+.0f}, after an hour {off:.2f}″ off")
+    assert found == pytest.approx(ppm, abs=15.0)
+    assert abs(off) < 4.0
+
+
+@pytest.mark.parametrize("rate", [0.9806, 1.0159])
+def test_rates_at_the_ends_of_what_guiding_reaches_are_tracked(rate):
+    bench, errors = Bench(), []
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (rate * SIDEREAL, 0.0), bench.clock.now())
+    bench.follow(path, 600.0, lambda now: errors.append((bench.true()[0] - path.at(now)[0][0]) * RA_ARCSEC))
+    rms = math.sqrt(sum(e * e for e in errors) / len(errors))
+    print(f"\n{(rate - 1.0) * 100:+.2f} %: {rms:.2f}″ RMS")
+    assert rms < 1.5
+
+
+def test_the_moon_is_tracked_by_short_moves_beside_guiding():
+    bench, errors = Bench(), []
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (0.965 * SIDEREAL, 1.5), bench.clock.now())
+    look = lambda now: errors.append([abs(t - p[0]) for t, p in zip(bench.true(), path.at(now), strict=True)])  # noqa: E731
+    bench.follow(path, 600.0, look)
+    one, two = (max(e[i] for e in errors[20:]) for i in (0, 1))
+    print(f"\nthe Moon: worst {one * RA_ARCSEC:.2f}″ in axis 1, {two * DEC_ARCSEC:.2f}″ in axis 2")
+    assert one * RA_ARCSEC < 3.0
+    assert two * DEC_ARCSEC < 1.0
+
+
+def test_held_for_hours_axis_1_stays_within_five_arcminutes_and_never_beyond_its_place():
+    bench, ways = Bench(), []
+    bench.connect()
+    path = Line((100.0, 0.0), (0.0, 0.0), T0)
+    bench.follow(path, 2 * 3600.0, lambda _: ways.append(bench.true()[0]))
+    print(f"\n2 h held: {min(ways) * RA_ARCSEC / 60:.2f}′ to {max(ways) * RA_ARCSEC / 60:+.3f}′")
+    assert max(ways) - 100.0 < 3.0 * COUNT[0]
+    assert min(ways) - 100.0 > -1.5 * 5531 - COUNT[0]
+
+
+def test_stop_ends_no_move_but_says_when_it_ends_and_sends_no_other():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5.0)], bench.clock.now())
+    bench.read()
+    with pytest.raises(DriveRefused, match=r"axis 1 ends its move in 2\d\.\d s.*power switch"):
+        bench.drive.stop(bench.clock.now())
+    bench.clock.sleep(40.0)
+    assert not any(axis.slewing for axis in bench.read().axes)
+    bench.drive.stop(bench.clock.now())
+    assert bench.true()[0] < 500_000.0
+    assert max(map(abs, bench.off())) <= 2.0
+
+
+def test_a_second_slew_into_a_long_one_is_refused_with_its_end():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5.0)], bench.clock.now())
+    with pytest.raises(DriveRefused, match="still move for"):
+        bench.drive.start([AxisSlew(0.0), AxisSlew(5.0)], bench.clock.now())
+
+
+def test_what_is_left_of_a_slew_and_of_tracking_is_known_to_the_next_program():
+    first = Bench()
+    first.connect()
+    first.drive.start([AxisSlew(-200_000.0, SIDEREAL), AxisSlew(-90_000.0)], first.clock.now())
+    first.clock.sleep(1.0)
+    first.drive.close(first.clock.now(), keep_tracking=True)
+    first.clock.sleep(3600.0)
+    memory = dict(first.kept)
+    second = Bench(memory=memory, box=first.box, clock=first.clock)
+    reading = second.connect()
+    off = [axis.counts - true for axis, true in zip(reading.axes, second.true(), strict=True)]
+    print(
+        f"\nan hour unattended: {off[0]:.1f}, {off[1]:.1f} microsteps off, ± {reading.axes[0].uncertainty_counts:.0f}"
+    )
+    assert reading.unsynchronised == ""
+    assert all(abs(o) <= max(2.0, axis.uncertainty_counts) for o, axis in zip(off, reading.axes, strict=True))
+    assert "15.0" in next(note for note in second.drive.notes if "tracked on" in note)
+
+
+@pytest.mark.parametrize(("memory", "why"), [({}, NEVER), ({"axes": 3}, UNREADABLE)])
+def test_what_was_never_known_or_cannot_be_read_is_unsynchronised_and_refuses_a_slew(memory, why):
+    bench = Bench(memory=memory)
+    reading = bench.connect()
+    assert reading.unsynchronised == why
+    assert abs(reading.counts[0]) < 1000.0
+    with pytest.raises(Unsynchronised):
+        bench.drive.start([AxisSlew(0.0), AxisSlew(0.0)], bench.clock.now())
+    bench.drive.sync((5000.0, 7000.0), bench.clock.now())
+    assert bench.read().unsynchronised == ""
+    bench.slew(20_000.0, 7100.0)
+    assert bench.true()[1] == pytest.approx(100.0, abs=1.0)
+
+
+def test_a_program_that_ended_while_it_sent_a_move_leaves_the_position_unknown():
+    bench = Bench()
+    bench.connect()
+    kept = {**bench.drive.memory, "sending": True}
+    assert Bench(memory=kept, box=bench.box, clock=bench.clock).connect().unsynchronised == UNSENT
+
+
+def test_with_pec_the_table_is_tracked_with_and_the_position_stays_within_what_is_stated():
+    values = table(PeriodicError((110.0, -20.0), (-60.0, 35.0)), SIDEREAL, STEPS_PER_TURN[0] / 360.0 / SIDEREAL)
+    bench, worst = Bench(replace(SETTINGS, pec=True), like(pec_table=values)), 0.0
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (SIDEREAL, 0.0), bench.clock.now())
+    for _ in range(20):
+        bench.follow(path, 60.0)
+        reading = bench.read()
+        bench.box.advance(reading.time)
+        off = abs(reading.axes[0].counts - bench.box.true_position(1))
+        assert off <= reading.axes[0].uncertainty_counts + 260.0  # the table runs ahead by what the worm lags
+        worst = max(worst, off)
+    print(f"\n20 min with PEC: at most {worst:.0f} microsteps from the even rate, as the table wants")
+
+
+class Silent:
+    def receive(self, data, t):  # noqa: ARG002
+        return b""
+
+
+class Talker:
+    def receive(self, data, t):  # noqa: ARG002
+        return b"$GPGGA,1,2,3*00\r\n" * 6
+
+
+@pytest.mark.parametrize(
+    ("device", "error", "said"),
+    [(Silent(), NoAnswer, "check port, cable and power"), (Talker(), WrongProtocol, "no stepper box")],
+)
+def test_silence_and_strangers_are_told_from_a_box(device, error, said):
+    with pytest.raises(error, match=said):
+        Bench(line=lambda _: device).connect()
+
+
+def test_motors_and_free_speeds_are_refused_with_what_there_is_instead():
+    bench = Bench()
+    with pytest.raises(DriveRefused, match="power switch"):
+        bench.drive.power(on=False)
+    with pytest.raises(DriveRefused, match="jog"):
+        bench.drive.move_at((1.0, 1.0), T0)

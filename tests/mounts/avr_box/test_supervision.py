@@ -1,0 +1,153 @@
+"""What the encoders see and the driver does: hands, missed steps, a box switched off, wires swapped, runaways."""
+
+from dataclasses import replace
+
+import pytest
+from avr_bench import COUNT, SETTINGS, SIDEREAL, Bench, Line, like
+
+from mounts.avr_box.box import HALF_A_COMMAND
+from mounts.avr_box.commands import COMMANDS
+from mounts.avr_box.simulator import SimulatedAvrBox
+from mounts.avr_box.supervision import MAY_RUN, SWITCHED
+from mounts.drive import AxisSlew
+from mounts.errors import DriveRefused
+from transports.errors import LinkError
+
+
+def opened(**changes):
+    bench = Bench(unit=like(**changes))
+    bench.connect()
+    return bench
+
+
+def within(bench):
+    """Whether both axes are where they are said to be, within what is stated."""
+    reading = bench.read()
+    bench.box.advance(reading.time)
+    return all(
+        abs(axis.counts - bench.box.true_position(i + 1)) <= axis.uncertainty_counts
+        for i, axis in enumerate(reading.axes)
+    )
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+@pytest.mark.parametrize("counts", [-40.0, 4.0])
+def test_an_axis_pushed_by_hand_is_found_and_taken_from_its_encoder(axis, counts):
+    bench = opened()
+    bench.read()
+    bench.box.push(axis, counts * COUNT[axis - 1])
+    assert within(bench)
+    assert f"axis {axis} is" in bench.drive.notes[-1]
+    assert bench.read().unsynchronised == ""
+
+
+def test_steps_that_a_motor_missed_in_a_slew_are_found_and_the_next_slew_lands_right():
+    bench = opened(lost_steps=0.02)
+    bench.slew(300_000.0, -200_000.0)
+    assert within(bench)
+    assert "missed steps" in " ".join(bench.drive.notes)
+
+
+def test_a_hand_controllers_move_is_followed_and_said():
+    bench = opened()
+    bench.follow(Line((0.0, 0.0), (SIDEREAL, 0.0), bench.clock.now()), 30.0)
+    bench.box.receive(b"N", bench.clock.now())
+    bench.clock.sleep(0.4)
+    seen = set()
+    for _ in range(20):
+        seen.update(bench.read().motion)
+        bench.clock.sleep(0.25)
+    assert within(bench)
+    assert seen <= {"tracking", "hand controller"}
+    assert bench.read().alarms == ()
+
+
+@pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
+def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
+    bench = opened()
+    bench.slew(*where)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
+    bench.box.__dict__.update(fresh.__dict__)
+    assert bench.read().unsynchronised == SWITCHED
+    bench.drive.sync(where, bench.clock.now())
+    assert bench.read().unsynchronised == ""
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_an_encoder_wired_backwards_is_told_with_the_remedy_and_no_longer_pointed_by(axis):
+    bench = opened(**{f"encoder_reversed{axis}": True})
+    slews = [AxisSlew(200_000.0, SIDEREAL), AxisSlew(100_000.0)]
+    bench.drive.start(slews, bench.clock.now())
+    for _ in range(40):
+        why = bench.read().unsynchronised
+        bench.clock.sleep(0.25)
+    assert "swap its A and B wires" in why
+    assert f"encoder of axis {axis}" in why
+
+
+def test_a_box_that_ignores_moves_while_it_moves_raises_an_alarm_when_it_runs_away():
+    bench = opened(busy="ignore")
+    bench.slew(1000.0, 1000.0)
+    bench.box.receive(b"M\x00\x00\x00\x01\x02", bench.clock.now())  # 16.8 million microsteps
+    for _ in range(20):
+        reading = bench.read()
+        bench.clock.sleep(0.25)
+    assert "axis 2 runs away" in reading.alarms
+    assert "switch the box off now" in reading.unsynchronised
+
+
+def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
+    bench = opened()
+    bench.slew(1000.0, 1000.0)
+    bench.drive.axes[1].unproved = True
+    bench.box.receive(b"M\x00\x00\x00\x01\x02", bench.clock.now())
+    began = bench.true()[1]
+    for _ in range(20):
+        bench.read()
+        bench.clock.sleep(0.25)
+    print(f"\nthe runaway came {bench.true()[1] - began:.0f} microsteps far")
+    assert not bench.box.moving[1]
+    assert within(bench)
+    assert bench.read().unsynchronised == ""
+
+
+class Failing:
+    """A link that fails in the middle of a command with arguments, once it is armed."""
+
+    def __init__(self, device):
+        self.device, self.armed, self.deaf = device, False, False
+
+    def receive(self, data, t):
+        if self.armed and COMMANDS[chr(data[0])].arguments:
+            self.device.receive(data[:3], t)
+            raise LinkError("unplugged")
+        return b"" if self.deaf else self.device.receive(data, t)
+
+
+def test_after_half_a_command_nothing_is_sent_any_more():
+    lines = []
+    bench = Bench(line=lambda device: lines.append(Failing(device)) or lines[-1])
+    bench.connect()
+    lines[0].armed = True
+    with pytest.raises(LinkError):
+        bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5000.0)], bench.clock.now())
+    lines[0].armed = False
+    with pytest.raises(DriveRefused, match="Switch the box off and on"):
+        bench.read()
+    assert HALF_A_COMMAND.startswith("the link failed")
+    assert bench.box.moving == (False, False)
+
+
+def test_without_encoders_silence_after_a_move_leaves_the_position_unknown():
+    lines = []
+    bench = Bench(
+        replace(SETTINGS, encoder_counts_per_turn=0),
+        line=lambda device: lines.append(Failing(device)) or lines[-1],
+    )
+    bench.connect()
+    bench.drive.start([AxisSlew(50_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    assert bench.drive.supervision.unsynchronised == ""
+    lines[0].deaf = True
+    bench.drive._sent = True
+    bench.drive._prove()
+    assert bench.drive.supervision.unsynchronised == MAY_RUN
