@@ -13,6 +13,7 @@ from clockdrive.errors import ConfigurationError
 
 _HOME = {
     "tc410": "clockdrive.drives.tc410.kind",
+    "avr-box": "clockdrive.drives.avr_box.kind",
     "apo": "clockdrive.drives.apo.kind",
     "sdss": "clockdrive.drives.apo.kind",
 }

@@ -1,0 +1,1 @@
+"""The AVR stepper box as the application sees it."""

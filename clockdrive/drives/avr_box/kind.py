@@ -1,0 +1,97 @@
+"""The stepper box as the application sees it."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from clockdrive.drives.avr_box.sections import axes_of
+from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
+from pointing.plan import Axis, Timing
+
+if TYPE_CHECKING:
+    from clockdrive.drives.kind import Remember
+    from mounts.avr_box.drive import AvrBoxDrive
+    from mounts.avr_box.simulator import SimulatedAvrBox
+    from transports.link import Clock
+    from transports.memory import Device
+
+
+def axes(configuration: Configuration) -> tuple[Axis, Axis]:
+    """Both axes in microsteps, with the travel that the configuration allows them: the box knows no limits."""
+    one, two = (
+        Axis(
+            f"axis{i + 1}",
+            gearing,
+            math.radians(section.min_deg),
+            math.radians(section.max_deg),
+            units="microsteps",
+            trims=_trims(configuration) if i == 0 else None,
+        )
+        for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
+    )
+    return one, two
+
+
+def _trims(configuration: Configuration) -> tuple[float, float, float]:
+    """What `-`, nothing and `+` make of the tracking of axis 1, counts per second."""
+    from mounts.avr_box.guiding import GuideRates  # noqa: PLC0415 - by kind
+
+    wanted = settings(configuration)
+    rates = GuideRates.of(wanted.own_rate, wanted.guide_counts)
+    sign = wanted.signs[0]
+    return sign * rates.slower, sign * rates.own, sign * rates.faster
+
+
+def timing(configuration: Configuration) -> Timing:
+    """How the configured box moves, with a crystal as it should be."""
+    from mounts.avr_box.slew_model import AvrSlewModel  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.avr_box.slew_table import laws  # noqa: PLC0415 - likewise
+
+    wanted, (one, two) = settings(configuration), laws(slew_table(configuration))
+    longest, per_half, tracked = wanted.longest_piece_s, wanted.wire_per_half, wanted.signs[0] * wanted.own_rate
+    return Timing(
+        (
+            AvrSlewModel(one, tracked, longest, wire_per_half=per_half),
+            AvrSlewModel(two, 0.0, longest, wire_per_half=per_half),
+        ),
+        together=False,
+    )
+
+
+def drive(
+    configuration: Configuration,
+    clock: "Clock",
+    lines: "tuple[Device, ...]",
+    memory: Mapping[str, object],
+    remember: "Remember",
+) -> "tuple[AvrBoxDrive, Configuration]":
+    """Make the drive, not yet connected; the box holds no keys of the configuration."""
+    from mounts.avr_box.box import Box  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.avr_box.drive import AvrBoxDrive  # noqa: PLC0415 - likewise
+    from transports.link import Link  # noqa: PLC0415 - likewise
+    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
+    from transports.open_link import open_link  # noqa: PLC0415 - likewise
+
+    speed = baud(configuration)
+
+    def opened() -> Link:
+        if lines:
+            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
+        return open_link(configuration.drive.link, clock)
+
+    return AvrBoxDrive(Box(opened, clock, speed), settings(configuration), memory, remember), configuration
+
+
+def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, object] | None) -> "SimulatedAvrBox":
+    """A simulated box, as it was left or new at its park position."""
+    from clockdrive.drives.avr_box.simulator import stepper_box  # noqa: PLC0415 - only where one is used
+
+    return stepper_box(configuration, time, snapshot)
+
+
+def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
+    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+    from mounts.avr_box.memory import at_park  # noqa: PLC0415 - as in `drive`
+
+    return at_park(park_counts(configuration), time, meaning(configuration))

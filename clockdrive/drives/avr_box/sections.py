@@ -1,0 +1,63 @@
+"""The sections of a configuration with a stepper box's own keys."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from clockdrive.configuration import Configuration
+from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+from clockdrive.gear_teeth import GearTeeth
+
+
+@dataclass(frozen=True)
+class AvrDrive(DriveSection):
+    """`[drive]`."""
+
+    move_count: Literal["total", "half"]
+    axis_bit: int
+    guide_counts: int
+    pec: bool
+    encoder_counts_per_turn: int
+    max_uninterruptible_s: float
+    slew_table: Path | None
+
+
+@dataclass(frozen=True)
+class AvrAxis(AxisSection):
+    """`[axis1]` or `[axis2]`."""
+
+    motor_steps: int
+    microsteps: int
+    main_gear: GearTeeth
+    secondary_gear: GearTeeth
+
+
+@dataclass(frozen=True)
+class AvrSimulator(SimulatorSection):
+    """`[simulator]`."""
+
+    move_count: Literal["total", "half"]
+    axis_bit: int
+    guide_counts: int
+    reversed1: bool
+    reversed2: bool
+    encoder_reversed1: bool
+    encoder_reversed2: bool
+    busy: Literal["restart", "ignore"]
+    lost_steps: float
+    index_pulse: bool
+
+
+def drive_of(configuration: Configuration) -> AvrDrive:
+    """`[drive]` of a configuration."""
+    return configuration.section(AvrDrive, "drive")
+
+
+def axes_of(configuration: Configuration) -> tuple[AvrAxis, AvrAxis]:
+    """`[axis1]` and `[axis2]` of a configuration."""
+    return configuration.section(AvrAxis, "axis1"), configuration.section(AvrAxis, "axis2")
+
+
+def simulator_of(configuration: Configuration) -> AvrSimulator:
+    """`[simulator]` of a configuration."""
+    return configuration.section(AvrSimulator, "simulator")

@@ -1,0 +1,120 @@
+"""What a configuration means for a stepper box: its gears, its slew table, and what its driver must know."""
+
+import math
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from clockdrive.drives.avr_box.sections import AvrAxis, axes_of, drive_of
+from clockdrive.errors import ConfigurationError
+from pointing.gearing import Gearing
+
+if TYPE_CHECKING:
+    from mounts.avr_box.settings import AvrSettings
+
+_DEFAULT_BAUD = 9600
+
+
+def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
+    """How microsteps become axis angle; microstep 0 is where the axis stands at `centre_deg`."""
+    one, two = (
+        Gearing.of_motor(
+            section.motor_steps,
+            section.main_gear,
+            section.secondary_gear,
+            section.microsteps,
+            centre_counts=0,
+            centre_deg=section.centre_deg,
+            reversed=section.reversed,
+        )
+        for section in axes_of(configuration)
+    )
+    return one, two
+
+
+def steps_per_turn(section: AvrAxis) -> float:
+    """Microsteps of the motor for a turn of the axis."""
+    return float(section.motor_steps * section.microsteps / (section.main_gear * section.secondary_gear))
+
+
+def worm_steps(section: AvrAxis) -> float:
+    """Microsteps of the motor for a turn of the worm."""
+    return float(section.motor_steps * section.microsteps / section.secondary_gear)
+
+
+def signs(configuration: Configuration) -> tuple[int, int]:
+    """+1 where the counts of an axis rise with its angle, −1 where they fall."""
+    one, two = (-1 if section.reversed else 1 for section in axes_of(configuration))
+    return one, two
+
+
+def park_counts(configuration: Configuration) -> tuple[int, int]:
+    """Where the axes stand when parked."""
+    one, two = (
+        round(gearing.counts(math.radians(section.park_deg)))
+        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
+    )
+    return one, two
+
+
+def slew_table(configuration: Configuration) -> tuple[int, ...]:
+    """The box's slew table: the standard one, or that of the configured file.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is no slew table.
+    """
+    from mounts.avr_box.slew_table import SlewTableError, read_slew_table, standard  # noqa: PLC0415 - by kind
+
+    path = drive_of(configuration).slew_table
+    if path is None:
+        return standard()
+    try:
+        return read_slew_table(path)
+    except SlewTableError as error:
+        raise ConfigurationError(configuration.source, [f"drive.slew_table: {error}"]) from error
+
+
+def settings(configuration: Configuration) -> "AvrSettings":
+    """What the driver must know.
+
+    Raises
+    ------
+    ConfigurationError
+        The slew table is none.
+    """
+    from mounts.avr_box.settings import AvrSettings  # noqa: PLC0415 - a plan alone needs no drive
+
+    drive, (one, two) = drive_of(configuration), axes_of(configuration)
+    return AvrSettings(
+        steps_per_turn=(steps_per_turn(one), steps_per_turn(two)),
+        signs=signs(configuration),
+        slew_table=slew_table(configuration),
+        move_count=drive.move_count,
+        axis_bit=drive.axis_bit,
+        guide_counts=drive.guide_counts,
+        pec=drive.pec,
+        encoder_counts_per_turn=drive.encoder_counts_per_turn,
+        longest_s=drive.max_uninterruptible_s,
+        meaning=meaning(configuration),
+    )
+
+
+def meaning(configuration: Configuration) -> str:
+    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
+    if configuration.simulated:
+        return ""
+    axes = (f"{gear.step_deg} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
+    site = configuration.site
+    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
+
+
+def baud(configuration: Configuration) -> int | None:
+    """The speed of the line, where it is a serial one."""
+    link = configuration.drive.link
+    if configuration.simulated:
+        return configuration.simulator.baud or None
+    if link.startswith("tcp:"):
+        return None
+    _, _, options = link.partition("baud=")
+    return int(options) if options else _DEFAULT_BAUD

@@ -1,0 +1,108 @@
+"""What a configuration means for a stepper box, worked out by hand from the manual's gears."""
+
+import math
+
+import pytest
+from telescope_bench import T0
+
+from clockdrive.cli.main import main
+from clockdrive.configuration import load
+from clockdrive.drives import kind_of
+from clockdrive.drives.avr_box.sections import axes_of
+from clockdrive.drives.avr_box.settings import baud, gearings, park_counts, settings, worm_steps
+from clockdrive.errors import ConfigurationError
+from clockdrive.figures import register
+
+
+def configured(**given):
+    return load(None, {}, {"drive.kind": "avr-box", **{name.replace("__", "."): v for name, v in given.items()}})
+
+
+def test_the_gears_are_those_of_the_manual():
+    one, two = gearings(configured())
+    assert 1.0 / one.step_deg_float == pytest.approx(66327.2727, abs=1e-3)
+    assert 1.0 / two.step_deg_float == pytest.approx(33163.6364, abs=1e-3)
+    assert worm_steps(axes_of(configured())[0]) == pytest.approx(66327.2727, abs=1e-3)
+    assert settings(configured()).own_rate == pytest.approx(276.548673, abs=1e-6)
+    assert settings(configured(drive__pec=True)).own_rate == pytest.approx(277.120269, abs=1e-4)  # the manual's table
+
+
+def test_counts_fall_where_an_axis_is_reversed():
+    found = configured(axis1__reversed=True, axis1__park_deg=10.0)
+    assert settings(found).signs == (-1, 1)
+    assert park_counts(found)[0] == -663273
+    assert kind_of(found).timing(found).slew[0].rate == pytest.approx(-276.548673, abs=1e-6)
+
+
+def test_a_new_simulator_stands_at_park_and_its_driver_knows():
+    found = configured(axis1__park_deg=10.0, axis2__reversed=True)
+    unit = kind_of(found).simulated(found, T0, None)
+    assert (unit.true_position(1), unit.true_position(2)) == park_counts(found)
+    memory = kind_of(found).memory_at_park(found, T0)
+    assert [axis["counts"] for axis in memory["axes"]] == list(park_counts(found))
+    assert unit.snapshot()["motors"][1]["position"] == -park_counts(found)[1]
+
+
+def test_a_simulator_goes_on_from_its_snapshot():
+    found = configured()
+    unit = kind_of(found).simulated(found, T0, None)
+    unit.receive(b"C\x00M\x00\x00\x02\x00\x02", T0)
+    unit.advance(T0 + 3.0)
+    other = kind_of(found).simulated(found, T0 + 60.0, unit.snapshot())
+    unit.advance(T0 + 60.0)
+    assert [other.true_position(axis) for axis in (1, 2)] == [unit.true_position(axis) for axis in (1, 2)]
+
+
+@pytest.mark.parametrize(
+    ("link", "speed"),
+    [("COM3", 9600), ("serial:///dev/ttyUSB0?baud=19200", 19200), ("tcp://127.0.0.1:1", None), ("sim:", None)],
+)
+def test_the_speed_of_the_line_is_that_of_its_address(link, speed):
+    assert baud(configured(drive__link=link)) == speed
+
+
+def test_a_broken_slew_table_is_refused_with_its_file_and_what_is_wrong(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("1, 2, 3")
+    with pytest.raises(ConfigurationError, match=r"drive.slew_table: .*table.csv has 3 entries"):
+        settings(configured(drive__slew_table=str(path)))
+
+
+def test_the_travel_is_as_configured():
+    one, two = kind_of(configured()).axes(configured(axis1__min_deg=-90.0))
+    assert (math.degrees(one.minimum), one.units) == (pytest.approx(-90.0), "microsteps")
+    assert two.name == "axis2"
+
+
+def test_the_command_makes_a_pec_table_of_a_file_and_draws_it(tmp_path, capsys):
+    worm, toml, drawn = tmp_path / "worm.txt", tmp_path / "t.toml", tmp_path / "worm.png"
+    worm.write_text(
+        "".join(f"{k} {6.0 * math.sin(math.tau * k / 518.19) + 0.01 * k:.4f}\n" for k in range(0, 1100, 3))
+    )
+    toml.write_text('[drive]\nkind = "avr-box"\n')
+    assert main(["-c", str(toml), "drive", "pec", str(worm), "--picture", str(drawn)]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("const uint8_t PEC_table[519] PROGMEM")
+    assert "harmonics 6.00″, 0.0" in err
+    assert drawn.stat().st_size > 1000
+    assert main(["-c", str(toml), "drive", "pec", str(tmp_path / "none"), "--json"]) == 1
+    toml.write_text('[drive]\nkind = "tc410"\n')
+    assert main(["-c", str(toml), "drive", "pec", str(worm)]) == 2
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    ("of_sidereal", "duty", "moves"),
+    [
+        (1.0, 0.1147, 0.0),  # 0.207 % of its own rate, of the 1.80 % by which it is faster
+        (276.548673 / 277.120269, 0.0, 0.0),
+        (0.99, -0.4577, 0.0),
+        (0.965, -1.0, -4.3),  # the Moon
+        (0.0, 0.0, -276.5),
+    ],
+)
+def test_a_plan_shows_for_how_long_it_is_guided_and_what_short_moves_add(turned, of_sidereal, duty, moves):
+    axis = kind_of(configured(axis1__reversed=turned)).axes(configured(axis1__reversed=turned))[0]
+    shown = register(axis, of_sidereal * math.tau / 86164.0905)
+    assert shown["guide_duty"] == pytest.approx(duty, abs=1e-3)
+    assert shown["short_moves_counts_s"] == pytest.approx(-moves if turned else moves, abs=0.06)
