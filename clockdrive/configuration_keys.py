@@ -20,7 +20,7 @@ Value = Raw | GearTeeth | Path | None
 
 OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
-DRIVEN = ("tc410", "apo", "sdss")  # by this version; the keys of the others are checked all the same
+DRIVEN = ("tc410", "avr-box", "apo", "sdss")  # by this version; the keys of the others are checked all the same
 NO_OTHER_DRIVE = f"this version drives the {', '.join(DRIVEN[:-1])} and {DRIVEN[-1]} only"
 ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
@@ -415,6 +415,23 @@ _SIMULATOR = (
     Key("simulator", "clock_set", "flag", default=True, meaning="its clocks have been set", drives=_NODES),
     Key("simulator", "boot_s", "number", 5.0, "how long a controller is silent when it restarts", "s", 0, 600,
         drives=_NODES),
+    Key("simulator", "move_count", "text", "total", "what its moves count", choices=("total", "half"), drives=_AVR),
+    Key("simulator", "axis_bit", "integer", 1, "value of its axis bit that means axis 2", choices=(0, 1),
+        drives=_AVR),
+    Key("simulator", "guide_counts", "integer", 4, "timer counts by which its guiding changes the rate", "counts", 1,
+        50, drives=_AVR),
+    Key("simulator", "reversed1", "flag", default=False, meaning="its moves of axis 1 go the other way",
+        drives=_AVR),
+    Key("simulator", "reversed2", "flag", default=False, meaning="likewise of axis 2", drives=_AVR),
+    Key("simulator", "encoder_reversed1", "flag", default=False, meaning="its encoder 1 counts against the axis",
+        drives=_AVR),
+    Key("simulator", "encoder_reversed2", "flag", default=False, meaning="likewise encoder 2", drives=_AVR),
+    Key("simulator", "busy", "text", "restart", "what a move does to an axis that moves: begin anew, or nothing",
+        choices=("restart", "ignore"), drives=_AVR),
+    Key("simulator", "lost_steps", "number", 0.0, "fraction of the fast steps of a slew that its motors miss", "", 0,
+        0.5, drives=_AVR),
+    Key("simulator", "index_pulse", "flag", default=True, meaning="a Hall sensor resets its PEC bin once a worm turn",
+        drives=_AVR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
 # fmt: on

@@ -10,6 +10,7 @@ from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
 from clockdrive.drives.apo.by_hand import ByHand, differing, given_by_hand, told
+from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
@@ -73,7 +74,7 @@ class DriveRegisters:
         Refused, DriveError
             This drive has none, or none of this name.
         """
-        if isinstance(self._session.drive, ByHand):
+        if not isinstance(self._session.drive, HasRegisters):
             return self._control.call(lambda: told(self._session.drive.registers(), names))
         return self._control.call(lambda: Answer({"ok": True, "registers": _rows(self._drive.upkeep.show(names))}))
 
@@ -85,6 +86,9 @@ class DriveRegisters:
         Refused, DriveError
             Not now, not this register, not this value, or not without `force`.
         """
+        drive = self._session.drive
+        if isinstance(drive, HasPec):
+            return self._control.call(lambda: self._changing(lambda: pec_set(drive, name, value)))
         row = by_name(name)
         number = _value(row, value) if isinstance(value, str) else value
 

@@ -41,13 +41,21 @@ def tracked(axis: Axis, angle: float, rate: float) -> dict[str, Any]:
     }
 
 
-def register(axis: Axis, rate: float) -> dict[str, int]:
-    """The drive's register for a rate, radians per second, where it has one."""
-    return (
-        {"velocity_register": velocity_register(rate * axis.gearing.counts_per_radian)}
-        if axis.units == "counts"
-        else {}
-    )
+def register(axis: Axis, rate: float) -> dict[str, Any]:
+    """What the drive is told for a rate, radians per second, where it has a register or trims its own rate."""
+    counts = rate * axis.gearing.counts_per_radian
+    if axis.units == "counts":
+        return {"velocity_register": velocity_register(counts)}
+    return {} if axis.trims is None else _trimmed(axis.trims, counts)
+
+
+def _trimmed(trims: tuple[float, float, float], counts_s: float) -> dict[str, Any]:
+    """The part of the time for which it is made faster, or slower where negative, and what short moves must add."""
+    slower, own, faster = trims
+    reached = min(max(counts_s, min(trims)), max(trims)) if counts_s else own
+    quicker = (reached - own) / (faster - own)
+    duty = quicker if quicker >= 0.0 else -(reached - own) / (slower - own)
+    return {"guide_duty": round(duty, 4), "short_moves_counts_s": round(counts_s - reached, 4)}
 
 
 def _counted(axis: Axis, counts: float, name: str) -> dict[str, Any]:

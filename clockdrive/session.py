@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, NoReturn
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
 from clockdrive.errors import Refused, StateError
 from clockdrive.history import History
+from clockdrive.left_alone import LeftAlone
 from clockdrive.pursuit import Pursuit
+from clockdrive.resting import Rest
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
@@ -48,6 +50,7 @@ _HELD = {"idle": _MOVED_PERIOD_S, "parked": _MOVED_PERIOD_S, "waiting": 1.0}
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
+_LEFT_ALONE_S = 60.0  # after which it is looked for again
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
 _STALE_LED_S = 0.3  # one whose motion begins later by itself may take longer
 
@@ -99,10 +102,12 @@ class Session:
         self.link_lost_since: float | None = None
         self.trouble = ""
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
+        self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
         self._must_stop = False
         self._others_stopped = False  # at the last reading
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
+        self._left_alone: LeftAlone | None = None
 
     # Opening and closing ---------------------------------------------------------------------------------------
 
@@ -129,7 +134,7 @@ class Session:
         """Leave the drive safe; return whether it goes on tracking.
 
         With `keep_tracking` a drive that holds its rate alone goes on at it, bounded by its own soft limits, which
-        were written and read back; any other is stopped.
+        were written and read back; any other is stopped. One that cannot be stopped tracks on in any case.
         """
         led = self.pursuit is not None and self.pursuit.led
         keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone and not led
@@ -143,7 +148,7 @@ class Session:
             self.remember()
             self._after_reading()
         self.store.end_activity()
-        return keep
+        return keep or not self.drive.capabilities.can_stop
 
     # Reading and safety ----------------------------------------------------------------------------------------
 
@@ -177,6 +182,8 @@ class Session:
             no place any more. The telescope was stopped.
         """
         self._period = self._usual_period
+        if self.pursuit is None:
+            self._period = self._held()
         if self.pursuit is None or self.link_lost_since is not None:
             return self._period
         name, now = self.pursuit.target.name, self.clock.now()
@@ -198,6 +205,31 @@ class Session:
         except PointingError as error:  # it has no place any more, as after the end of its table
             self.halt(str(error))
         return self._period
+
+    def _held(self) -> float:
+        """Hold a drive that tracks whatever it is told where it was to rest; return the seconds until that is due."""
+        reading, rests = self.reading, self.doing in _HELD and not self.drive.capabilities.can_stop
+        if not rests or reading is None or reading.unsynchronised:
+            self._rest = None
+            return self._usual_period
+        if self.link_lost_since is not None:
+            return self._usual_period
+        self._rest = self._rest or Rest(reading.counts)
+        try:
+            return min(self._usual_period, self.drive.follow(self._rest, self.clock.now()))
+        except TransportError as error:
+            self._link_lost(error)
+            return self._usual_period
+
+    @property
+    def left_alone(self) -> LeftAlone | None:
+        """What comes of a drive that tracks whatever it is told, when nobody holds it; None for one that stops."""
+        reading, rate = self.reading, self.drive.capabilities.goes_on_at
+        if not rate or reading is None or reading.unsynchronised:
+            return None
+        if self._left_alone is None or not 0.0 <= reading.time - self._left_alone.time < _LEFT_ALONE_S:
+            self._left_alone = LeftAlone.of(self.planner, reading, rate)
+        return self._left_alone
 
     def poll(self) -> Reading | None:
         """Read the drive and check it; None while the link is silent.

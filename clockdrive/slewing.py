@@ -400,10 +400,10 @@ class Slewing:
     def _require_landed(self, plan: Plan) -> None:
         """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""
         self._session.poll()
-        reading = self._session.synchronised()
+        reading, held = self._session.synchronised(), self._session.drive.capabilities.rests_within
         for axis, setup, read in zip(plan.axes, self._session.planner.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
-            if off > setup.landed + read.uncertainty_counts:
+            if off > setup.landed + held + read.uncertainty_counts:
                 short = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
                 self._session.halt(f"{plan.target}: {axis.name} ended {short} short; check what blocks it")
 

@@ -26,6 +26,12 @@ def _rotator(session: Session, reading: Reading, angles: tuple[float, float]) ->
     return said
 
 
+def _notes(session: Session, configuration: Configuration, now: float) -> tuple[str, ...]:
+    left = session.left_alone
+    said = "" if left is None else left.said(now)
+    return (*session.drive.notes, said, session.surroundings.air.trouble, configuration.notice)
+
+
 def status_of(session: Session, store: StateStore, configuration: Configuration, instrument: str) -> dict[str, Any]:
     """Return the status as plain values: degrees, counts, UTC."""
     now, planner = session.clock.now(), session.planner
@@ -41,9 +47,8 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
         "parked": store.parked(),
         "trouble": session.trouble,
         "warnings": list(session.warnings),
-        "notes": [
-            note for note in (*session.drive.notes, session.surroundings.air.trouble, configuration.notice) if note
-        ],
+        "left_alone": None if session.left_alone is None else session.left_alone.json(now),
+        "notes": [note for note in _notes(session, configuration, now) if note],
         "link_silent_s": None if session.link_lost_since is None else now - session.link_lost_since,
     }
     reading = session.reading

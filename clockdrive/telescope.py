@@ -739,6 +739,11 @@ class Telescope:
         planner, sky = self._session.planner, self.true_sky
         return witness_of(witness, planner, self.clock, sky, self._replies, ask, encoders=encoders)
 
+    def left_alone(self) -> str:
+        """What comes of a drive that tracks whatever it is told, without this program; empty for one that stops."""
+        left = self._control.call(lambda: self._session.left_alone)
+        return "" if left is None else left.said(self.clock.now())
+
     # Leaving ---------------------------------------------------------------------------------------------------
 
     @property
@@ -806,7 +811,8 @@ class Telescope:
 
     def _notes(self, plan: Plan, target: Target | None = None) -> tuple[str, ...]:
         said = notes_at(self._session.surroundings, plan.arrival, plan.observed, target)
-        return (*said, *self._instruments.notes)
+        left = self._session.left_alone
+        return (*said, *self._instruments.notes, *(() if left is None else (left.said(self.clock.now()),)))
 
     def _arrived(self, arrival: Arrival, target: Target | None = None) -> Answer:
         session = self._session

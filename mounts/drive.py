@@ -23,6 +23,8 @@ class Capabilities:
     path_nodes: bool  # takes positions and velocities against time
     holds_rate_alone: bool  # goes on tracking when the host is gone
     units: Units
+    goes_on_at: float = 0.0  # counts per second that axis 1 tracks with, whatever it is told
+    rests_within: float = 0.0  # counts to either side by which an axis at rest may be held off its place
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,8 @@ class Axis:
     maximum: float
     units: Units = "counts"
     fastest: float = math.inf  # radians per second at which its drive can follow; what is led has limits of its own
+    trims: tuple[float, float, float] | None = None
+    """Counts per second to which its tracking can be trimmed: slower, left alone, faster; None for a free rate."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):

@@ -129,9 +129,10 @@ def backend(
         with _told():
             telescope.close(keep_tracking=keep_tracking)
         raise
+    left = telescope.left_alone() or "the drive goes on tracking by itself, bounded by its own soft limits"
     wanted = owning.leaves_tracking and telescope.is_tracking
     if telescope.close(keep_tracking=owning.leaves_tracking):
-        print("clockdrive: the drive goes on tracking by itself, bounded by its own soft limits", file=sys.stderr)
+        print(f"clockdrive: {left}", file=sys.stderr)
     elif wanted:
         print(
             "clockdrive: the telescope was stopped, as its drive does not track by itself; `clockdrive run` in "

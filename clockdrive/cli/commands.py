@@ -232,6 +232,9 @@ def simulate(args: argparse.Namespace) -> None:
             time.sleep(3600.0)
 
 
+_READABLE = "tc410"  # the drive that keeps its configuration itself
+
+
 def config(args: argparse.Namespace) -> None:
     """Check a configuration as a whole, and that this version can do what it asks for."""
     from clockdrive import assembly  # noqa: PLC0415 - as in `plan`
@@ -252,12 +255,13 @@ def init(args: argparse.Namespace) -> None:
     """Print a commented configuration."""
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
+    if args.kind not in {None, _READABLE} and args.unit is not None:
+        why = "it has no registers to read them from" if args.kind in DRIVEN else NO_OTHER_DRIVE
+        raise InputError(
+            f"init {args.kind} --from {args.unit}: {why}; `clockdrive init {args.kind}` writes the keys of the "
+            f"{args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
+        )
     if args.kind is not None and args.kind not in DRIVEN:
-        if args.unit is not None:
-            raise InputError(
-                f"init {args.kind} --from {args.unit}: {NO_OTHER_DRIVE}; `clockdrive init {args.kind}` "
-                f"writes the keys of the {args.kind}, `clockdrive init {DRIVEN[0]} --from LINK` reads a {DRIVEN[0]}"
-            )
         print(f"clockdrive: {NO_OTHER_DRIVE}; `config check` will say the same of this file", file=sys.stderr)
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")

@@ -235,6 +235,10 @@ def _rotator(turns: Mapping[str, Any]) -> str:
 
 
 def _register(axis: Mapping[str, Any]) -> str:
+    if "guide_duty" in axis:
+        moves = axis["short_moves_counts_s"]
+        beside = f" and short moves of {moves:+.1f} counts/s" if moves else ""
+        return f", guided {axis['guide_duty']:+.1%} of the time{beside}"
     return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
 
 

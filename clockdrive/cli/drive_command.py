@@ -1,12 +1,13 @@
 """`clockdrive drive`: the drive's own registers, its power, and its axes at a speed."""
 
 import argparse
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from clockdrive.cli import display
-from clockdrive.cli.backend import Backend, backend
+from clockdrive.cli.backend import Backend, backend, configuration_of
 from clockdrive.errors import InputError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
@@ -37,6 +38,11 @@ def add_drive(add: Adder) -> None:
     raw.add_argument("axis", metavar="AXIS", help="azimuth, altitude or rotator")
     raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
     raw.add_argument("--yes", action="store_true", help="confirm what is risky")
+    pec = action("pec", "make the PEC table of a stepper box from a file of bins and arcseconds; no drive is asked")
+    pec.add_argument("file", metavar="FILE", help="a bin and by how much the telescope was ahead there, a line")
+    pec.add_argument("--harmonics", type=int, default=4, metavar="N", help="of the worm, to be fitted")
+    pec.add_argument("--assembler", action="store_true", help="write it for the assembler instead of C")
+    pec.add_argument("--picture", metavar="FILE", help="draw what was measured and fitted")
     action("save", "have the unit keep its registers over a power-cycle")
     for name, text in (("factory", "load the factory's registers, unsaved"), ("reload", "load the saved registers")):
         action(name, f"{text}; the position is unsynchronised afterwards").add_argument(
@@ -53,6 +59,9 @@ def add_drive(add: Adder) -> None:
 
 def drive(args: argparse.Namespace) -> None:
     """Do one action on the drive."""
+    if args.action == "pec":
+        _pec(args)
+        return
     keep_tracking = args.action in {"show", "diff", "pull", "encoders"}
     with backend(args.config, f"drive {args.action}", keep_tracking=keep_tracking) as telescope:
         answer = _ACTIONS[args.action](telescope, args)
@@ -60,6 +69,25 @@ def drive(args: argparse.Namespace) -> None:
         display.as_json(answer)
     else:
         print(_TEXTS.get(args.action, _note)(answer), flush=True)
+
+
+def _pec(args: argparse.Namespace) -> None:
+    """Make the table; the drive is not needed for it."""
+    from clockdrive.drives.avr_box.pec_table import pec_table  # noqa: PLC0415 - only here
+
+    found = pec_table(
+        configuration_of(args.config),
+        args.file,
+        harmonics=args.harmonics,
+        assembler=args.assembler,
+        picture=args.picture,
+    ).json
+    if args.json:
+        display.as_json(found)
+        return
+    amplitudes = ", ".join(f"{each:.2f}″" for each in found["amplitudes_arcsec"])
+    print(f"harmonics {amplitudes}; {found['rms_arcsec']:.2f}″ RMS are left", file=sys.stderr)
+    print(found["text"], end="")
 
 
 def _pull(telescope: Backend, args: argparse.Namespace) -> dict[str, Any]:

@@ -38,6 +38,7 @@ class Stage:
 
 _OWN = {
     "tc410": "mounts.tc410.commissioning",
+    "avr-box": "mounts.avr_box.commissioning",
     "apo": "mounts.apo.commissioning",
     "sdss": "mounts.apo.commissioning",
 }
@@ -57,7 +58,8 @@ def steps_of(kind: str, only: Sequence[str] = ()) -> tuple[Step, ...]:
         raise InputError(f"`commission` has no steps for the drive {kind} in this version; it has for {has}")
     own = import_module(_OWN[kind])  # the steps of the drive that is there
     left_out: frozenset[str] = getattr(own, "LEFT_OUT", frozenset())
-    steps = (*own.BEFORE, *(step for step in FIRST if step.name not in left_out), *own.AFTER, *LAST)
+    shared, last = ([step for step in steps if step.name not in left_out] for steps in (FIRST, LAST))
+    steps = (*own.BEFORE, *shared, *own.AFTER, *last)
     names = {step.name for step in steps}
     for name in only:
         if name not in names:

@@ -1,0 +1,190 @@
+"""A whole telescope with a stepper box, under a virtual clock: the box's own motors say what is true."""
+
+import math
+import os
+import re
+
+import pytest
+from telescope_bench import T0, star_at
+
+from clockdrive import Telescope, VirtualClock
+from clockdrive.errors import InputError, Refused
+from mounts.errors import DriveError, DriveRefused
+from pointing.vectors import azimuth_altitude
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
+PARKED_H = 12.0 if FULL else 1.0
+ARCSEC = (360.0 * 3600.0 / (200 * 64 * 57 / 11 * 360), 360.0 * 3600.0 / (200 * 64 * 57 / 11 * 180))
+
+
+def opened(folder, clock=None, **overrides):
+    dotted = {name.replace("__", "."): value for name, value in overrides.items()}
+    return Telescope.simulated(
+        "avr-box",
+        clock=clock or VirtualClock(T0),
+        overrides={"state.path": str(folder), "limits.sun_avoidance_deg": 0.0, **dotted},
+    )
+
+
+def off_arcsec(scope):
+    """Angle of each axis from where the target wants it, by the motors themselves."""
+    now = scope.clock.now()
+    scope.simulator.advance(now)
+    wanted = scope._session.pursuit.at(now)
+    return [
+        (scope.simulator.true_position(i + 1) - counts) * scale
+        for i, ((counts, _), scale) in enumerate(zip(wanted, ARCSEC, strict=True))
+    ]
+
+
+@pytest.mark.parametrize(("azimuth", "altitude"), [(60.0, 50.0), (300.0, 35.0), (170.0, 70.0)])
+def test_a_goto_hits_its_star_at_the_time_that_was_planned_and_tracks_it(tmp_path, azimuth, altitude):
+    with opened(tmp_path) as scope:
+        star = star_at(scope, azimuth, altitude)
+        planned = scope.plan(star).json["eta_s"]
+        began = scope.clock.now()
+        arrived = scope.goto(star).json
+        late = arrived["eta_s"] - planned
+        worst = 0.0
+        for _ in range(60):
+            scope.wait(10.0)
+            worst = max(worst, math.hypot(*off_arcsec(scope)))
+        print(f"\n{arrived['arrival_error_arcsec']:.2f}″ off on arrival, then {worst:.2f}″ at worst in 10 min")
+        assert arrived["slews"] == 1
+        assert arrived["arrival_error_arcsec"] < 1.0
+        assert abs(late) < 0.05
+        assert scope.clock.now() - began > 600.0
+        assert worst < 2.0
+
+
+def test_reversed_counts_point_at_the_same_place(tmp_path):
+    with opened(tmp_path, axis1__reversed=True, axis2__reversed=True) as scope:
+        scope.goto(star_at(scope, 60.0, 50.0))
+        scope.wait(300.0)
+        assert math.hypot(*off_arcsec(scope)) < 1.5
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(900)
+def test_a_parked_telescope_is_held_and_crosses_no_limit(tmp_path):
+    with opened(tmp_path, axis1__park_deg=169.95) as scope:
+        scope.park()
+        angles = []
+        for _ in range(round(PARKED_H * 360)):
+            scope.wait(10.0)
+            scope.simulator.advance(scope.clock.now())
+            angles.append(scope.simulator.true_position(1) * ARCSEC[0] / 3600.0)
+        status = scope.status().json
+    print(f"\n{PARKED_H:g} h parked at 169.95°, limit 170°: axis 1 between {min(angles):.4f}° and {max(angles):.4f}°")
+    assert max(angles) < 170.0
+    assert min(angles) > 169.95 - 0.15
+    assert status["doing"] == "parked"
+    assert status["trouble"] == ""
+
+
+def test_tracking_into_a_limit_ends_there_and_the_axis_is_held(tmp_path):
+    with opened(tmp_path, axis1__max_deg=10.0, limits__horizon_deg=-5.0, site__latitude_deg=-42.4) as scope:
+        scope.goto(star_near_limit(scope))
+        angles = []
+        for _ in range(120):
+            scope.wait(10.0)
+            scope.simulator.advance(scope.clock.now())
+            angles.append(scope.simulator.true_position(1) * ARCSEC[0] / 3600.0)
+        status = scope.status().json
+    print(f"\nlimit 10°: axis 1 came to {max(angles):.4f}° and was held above {min(angles[60:]):.4f}°")
+    assert max(angles) < 10.0
+    assert min(angles[60:]) > 9.8
+    assert status["doing"] == "idle"
+    assert "axis1" in status["trouble"]
+
+
+def star_near_limit(scope):
+    """A star that comes to an hour angle of 10° within minutes."""
+    planner = scope._session.planner
+    azimuth, altitude = map(
+        math.degrees, azimuth_altitude(planner.mount.observed(math.radians(9.2), math.radians(-30)))
+    )
+    return star_at(scope, azimuth, altitude)
+
+
+def test_stop_says_when_the_move_ends_and_the_telescope_rests_after_it(tmp_path):
+    with opened(tmp_path) as scope:
+        star = star_at(scope, 60.0, 50.0)
+        slews = scope._slewing.goto(star, lambda _: None)
+        for _ in range(12):
+            next(slews)
+            scope.clock.sleep(0.25)
+        with pytest.raises(DriveRefused, match=r"ends its move.*in \d+\.\d s"):
+            scope.stop()
+        slews.close()
+        scope.wait(60.0)
+        status = scope.status().json
+        assert status["doing"] == "idle"
+        assert not any(axis["slewing"] for axis in status["axes"])
+        assert scope.clock.now() - T0 < 120.0
+
+
+def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
+    clock = VirtualClock(T0)
+    with opened(tmp_path, clock) as scope:
+        star = star_at(scope, 300.0, 45.0)
+        scope.goto(star)
+        scope.close()
+    clock.sleep(1200.0)
+    with opened(tmp_path, clock) as scope:
+        notes = " ".join(scope.status().json["notes"])
+        assert re.search(r"tracked on for 12\d\d s while no program looked, 5\.0\d°", notes)
+        scope.goto(star)
+        assert math.hypot(*off_arcsec(scope)) < 2.0
+
+
+@pytest.mark.parametrize(
+    "opposite",
+    [
+        {"simulator.move_count": "half"},
+        {"simulator.axis_bit": 0},
+        {"simulator.reversed1": True},
+        {"simulator.reversed2": True},
+        {"simulator.encoder_reversed1": True},
+        {"simulator.encoder_reversed2": True},
+    ],
+    ids="".join,
+)
+def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tmp_path, opposite):
+    with opened(tmp_path, **opposite) as scope:
+        why = "arrived"
+        try:
+            scope.goto(star_at(scope, 60.0, 50.0))
+        except (DriveError, Refused) as found:
+            why = str(found)
+        scope.wait(30.0)
+        reading = scope._control.call(scope._session.poll)
+        scope.simulator.advance(reading.time)
+        error = [abs(axis.counts - scope.simulator.true_position(i + 1)) for i, axis in enumerate(reading.axes)]
+        print(f"\n{why}; {scope._session.drive.notes[-1]}; {error} microsteps off")
+        assert why != "arrived"
+        within = all(off <= axis.uncertainty_counts for off, axis in zip(error, reading.axes, strict=True))
+        assert within or reading.unsynchronised
+
+
+def test_park_and_status_say_when_it_is_at_a_limit_left_alone(tmp_path):
+    with opened(tmp_path, axis1__park_deg=155.0, limits__horizon_deg=-5.0) as scope:
+        parked = scope.park().json
+        status = scope.status().json
+    said = next(note for note in parked["notes"] if "left alone" in note)
+    assert "in 0 h 59 min" in said  # 15° at 15.01° an hour, the last minute begun
+    assert "power switch" in said
+    assert any("left alone" in note for note in status["notes"])
+    assert status["left_alone"]["in_s"] == pytest.approx(15.0 / 360.0 * 86164.09 / 0.99794, abs=60.0)
+    assert status["left_alone"]["name"].startswith("axis1")
+
+
+def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
+    with opened(tmp_path) as scope:
+        assert scope.drive.set("pec_zero", "77").json["registers"]["pec_zero"]["text"] == "77"
+        shown = scope.drive.show().json["registers"]
+        assert {"pec_bin", "pec_zero", "encoder_1", "encoder_2", "crystal"} <= set(shown)
+        with pytest.raises(DriveError, match="0 to 518"):
+            scope.drive.set("pec_bin", 519)
+        with pytest.raises(InputError, match="pec_bin and pec_zero"):
+            scope.drive.set("motor_current", 2)
