@@ -36,7 +36,7 @@ REFUSED = [  # words, exit code, what the sentence says
     ("goto altaz:90,100", 2, ["100", "−90 to 90"]),
     ("goto altaz:180,5", 1, ["10.00° below", "15.00°"]),
     ("goto Polaris", 1, ["below the horizon limit of 15.00°", "not be allowed within a day: choose another target"]),
-    ("goto Sun", 1, ["0.0° from the Sun at arrival", "only with a filter in front of the whole aperture"]),
+    ("goto Sun", 1, ["0.0° from the Sun", "only with a filter in front of the whole aperture"]),
     ("goto hadec:175,80", 1, ["below the horizon limit of 15.00°"]),
     ("goto tle:FILE#ISS", 1, ["TLE file", "there is no such file", "check the path"]),
     ("passes nowhere.tle", 1, ["TLE file nowhere.tle", "there is no such file"]),
