@@ -112,9 +112,15 @@ def instrument_angles(geometry: Geometry, angles: tuple[float, float], rotator: 
 
 
 def rotator_status(
-    geometry: Geometry, rotator: Rotator, reading: Reading, angles: tuple[float, float], hold: Hold | None
+    geometry: Geometry,
+    rotator: Rotator,
+    reading: Reading,
+    angles: tuple[float, float],
+    hold: Hold | None,
+    *,
+    turns: bool = False,
 ) -> Mapping[str, Any]:
-    """The rotator as it was read; `hold` is what it holds while a target is followed."""
+    """The rotator as it was read; `hold` is what it holds while a target is followed, once it no longer `turns`."""
     read = reading.axes[2]
     angle = rotator.axis.gearing.angle(read.counts)
     return {
@@ -123,7 +129,7 @@ def rotator_status(
         "counts": read.counts,
         "uncertainty_counts": read.uncertainty_counts,
         "rate_deg_s": math.degrees(read.rate / rotator.axis.gearing.counts_per_radian),
-        "slewing": read.slewing,
+        "slewing": read.slewing or turns,
         **({"mode": None, "held_deg": None} if hold is None else held(hold)),
         **instrument_angles(geometry, angles, angle, reading.time),
     }

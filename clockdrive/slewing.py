@@ -30,6 +30,7 @@ _MOST_SLEWS = 4
 _LONGEST_JOG_S = 3600.0
 _LINK_LOST_S = 15.0  # after which a slew is given up
 _WAITING_PERIOD_S = 1.0
+_LED_OVER = math.radians(30.0 / 3600.0)  # by which a path may change and the axes go on, displaced
 _READY_S = 0.2  # in which a drive is ready to lead without the plan being made again
 _UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
@@ -332,9 +333,16 @@ class Slewing:
     ) -> Steps[None]:
         """Slew and wait for the landing; a drive of path nodes is given those of a target, `onto`, meanwhile."""
         session, speeds = self._session, speeds or {}
+        stays = onto is not None and self._stays(plan)
         session.begin(_activity(plan, doing))
+        if stays and onto is not None:
+            with self._stopped_on_failure():
+                session.pursue(onto, plan)
+                session.follow()
+                yield from self._landing(plan, report, plan.arrival)
+            return
         turns = plan.rotator
-        due = plan.landings if not session.drive.axes_land_together else (plan.arrival, plan.arrival)
+        due = plan.landings if not session.drive.axes_land_together else (max(plan.landings),) * 2
         slews = [
             AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
         ]
@@ -347,6 +355,17 @@ class Slewing:
                 session.pursue(onto, plan)
             yield from self._landing(plan, report)
 
+    def _stays(self, plan: Plan) -> bool:
+        """Whether the axes are on their way already, so that the rotator alone is led over to another one."""
+        session, pursuit = self._session, self._session.pursuit
+        if session.doing != "tracking" or pursuit is None or pursuit.led or pursuit.posture != plan.posture:
+            return False
+        if not session.drive.capabilities.path_nodes or plan.via is not None:
+            return False
+        there = pursuit.angles(plan.arrival)
+        off = (abs(axis.angle - angle) for axis, (angle, _) in zip(plan.axes, there, strict=True))
+        return max(off) <= _LED_OVER
+
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:
         try:
@@ -357,7 +376,8 @@ class Slewing:
             self._session.stop_and_fail(str(error) or repr(error))
             raise
 
-    def _landing(self, plan: Plan, report: Report) -> Steps[None]:
+    def _landing(self, plan: Plan, report: Report, until: float = -math.inf) -> Steps[None]:
+        """Wait until no axis slews any more, and until a time; what is pursued is followed meanwhile."""
         session = self._session
         while True:
             left = plan.arrival - session.clock.now()
@@ -368,7 +388,7 @@ class Slewing:
                 self._give_up_on_silence()
                 continue
             report(_progress(plan, reading))
-            if not any(axis.slewing for axis in reading.axes):
+            if not any(axis.slewing for axis in reading.axes) and reading.time >= until:
                 return
             session.follow()
 

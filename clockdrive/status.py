@@ -22,7 +22,8 @@ def _rotator(session: Session, reading: Reading, angles: tuple[float, float]) ->
     said: dict[str, Any] = {} if pursuit is None else field(planner, pursuit.target, reading.time, pursuit.posture)
     if planner.rotator is not None and len(reading.axes) > _ROTATOR:
         hold = None if pursuit is None else pursuit.hold
-        said["rotator"] = rotator_status(planner, planner.rotator, reading, angles, hold)
+        turns = pursuit is not None and pursuit.turns_at(reading.time)
+        said["rotator"] = rotator_status(planner, planner.rotator, reading, angles, hold, turns=turns)
     return said
 
 

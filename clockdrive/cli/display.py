@@ -179,9 +179,11 @@ def _overwriting(text: Callable[[Mapping[str, Any]], str]) -> OnEvent:
 
 def plan_text(answer: Mapping[str, Any]) -> str:
     """A plan as a few lines."""
-    place = answer["observed"]
+    place, axes = answer["observed"], answer.get("axes_arrival_utc", answer["arrival_utc"])
+    before = "" if axes == answer["arrival_utc"] else f"; the rotator is the last, both axes arrive at {axes}"
     lines = [
-        f"{answer['target']}: start {answer['start_utc']}, arrival {answer['arrival_utc']}, {answer['eta_s']:.3f} s",
+        f"{answer['target']}: start {answer['start_utc']}, arrival {answer['arrival_utc']}, {answer['eta_s']:.3f} s"
+        + before,
         (
             f"  azimuth {place['azimuth_deg']:.4f}°  altitude {place['altitude_deg']:.4f}°  "
             f"hour angle {place['hour_angle_deg']:.4f}°  declination {place['declination_deg']:.4f}°  "
