@@ -80,6 +80,13 @@ class Trust:
         """The position may be wrong."""
         self.unsynchronised = why
 
+    def set_by_hand(self, axis: int) -> None:
+        """A person has set the position of an axis: it may be wrong, but a rotator's is what they say."""
+        if axis > 1:
+            self.lost_axes.discard(axis)
+        else:
+            self.lose(f"{self._settings.axes[axis].name}: its position was changed by hand; `sync` on a target")
+
     def synchronised(self, axes: int) -> None:
         """The position of the first so many axes is right from now on; the sky tells nothing of a rotator."""
         self.lost_axes -= set(range(axes))

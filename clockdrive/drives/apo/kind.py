@@ -39,8 +39,8 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
 
 def timing(configuration: Configuration) -> Timing:
     """How the configured axes move: each as soon as it can, and with the velocity of what it meets."""
-    from mounts.apo.drive import LEAD_S  # noqa: PLC0415 - a telescope has its models from its drive
-    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - likewise
+    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.apo.ways import LEAD_S  # noqa: PLC0415 - likewise
 
     wanted = settings(configuration)
     one, two, *others = (

@@ -3,7 +3,6 @@
 import contextlib
 import itertools
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -29,7 +28,7 @@ NAMES = ("azimuth", "altitude", "rotator")
 class Bench:
     """A drive on simulated controllers, and the clock between them."""
 
-    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, **settings):
+    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, room=32, **settings):
         self.clock = VirtualClock(time)
         hardware = HARDWARE[kind][:axes]
         self.device = SimulatedObservatory(kind, SimulatorSettings(**settings), time, hardware, positions[:axes])
@@ -43,6 +42,7 @@ class Bench:
                 for name, word, h in zip(NAMES, AXIS_WORDS, hardware, strict=False)
             ),
             on_expiry=settings.get("on_expiry", "halt"),
+            max_nodes=room,
         )
         self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
         shared = kind == "sdss"
@@ -433,10 +433,7 @@ def test_a_node_in_the_past_is_told_with_its_axis_and_by_how_much():
 
 
 def test_a_small_buffer_is_given_the_slew_as_there_is_room():
-    bench = Bench(max_nodes=3)
-    bench.settings = replace(bench.settings, max_nodes=3)
-    bench.drive._settings = bench.settings
-    bench.connected()
+    bench = Bench(max_nodes=3, room=3).connected()
     bench.start(80.0, 70.0)
     assert any(axis.waiting for axis in bench.drive.axes)
     bench.run(70.0)
@@ -445,16 +442,9 @@ def test_a_small_buffer_is_given_the_slew_as_there_is_room():
     assert not [text for axis in bench.device.axes for _, text in axis.record.refused]
 
 
-def _with_room_for(nodes, held):
-    bench = Bench(max_nodes=held)
-    bench.settings = replace(bench.settings, max_nodes=nodes)
-    bench.drive._settings = bench.settings
-    return bench.connected()
-
-
 @pytest.mark.parametrize("lost", ["command", "answer"])
 def test_a_waiting_node_that_is_lost_is_not_sent_again_but_its_way_planned_anew(lost):
-    bench = _with_room_for(4, held=32)
+    bench = Bench(max_nodes=32, room=4).connected()
     bench.start(60.0, 70.0)
     assert all(axis.waiting for axis in bench.drive.axes)
     once = iter([lost])
@@ -469,7 +459,7 @@ def test_a_waiting_node_that_is_lost_is_not_sent_again_but_its_way_planned_anew(
 
 
 def test_waiting_nodes_that_cannot_be_given_halt_all_axes():
-    bench = _with_room_for(4, held=32)
+    bench = Bench(max_nodes=32, room=4).connected()
     bench.start(60.0, 70.0)
     bench.loses = lambda i, data: "command" if i == 0 and data.startswith(b"MOVE ") else ""
     with pytest.raises(TransportError, match="azimuth"):

@@ -1,0 +1,130 @@
+"""All axes as one telescope: looked at, made ready and halted together, whatever one of them does.
+
+An axis that is silent costs its time-outs, so it is asked last, and told last to halt.
+"""
+
+import math
+from collections.abc import Iterator
+
+from mounts.apo import supervision
+from mounts.apo.axis import ControlledAxis, Sight
+from mounts.apo.trust import Trust
+from mounts.errors import DriveError, DriveRefused, Unsynchronised
+from transports.errors import TransportError
+
+
+class AxisGroup:
+    """The axes of a telescope.
+
+    Parameters
+    ----------
+    axes : tuple of ControlledAxis
+        Azimuth, altitude and perhaps a rotator.
+    trust : Trust
+        What is believed of their positions.
+
+    Attributes
+    ----------
+    silent : dict
+        Axes, by number, that did not answer when looked at last, and why.
+    """
+
+    def __init__(self, axes: tuple[ControlledAxis, ...], trust: Trust) -> None:
+        self.axes = axes
+        self.silent: dict[int, TransportError] = {}
+        self._trust = trust
+        self._heard = [-math.inf] * len(axes)  # POSIX seconds
+
+    def named(self, name: str) -> int:
+        """The number of the axis of a name.
+
+        Raises
+        ------
+        DriveRefused
+            There is none.
+        """
+        for i, axis in enumerate(self.axes):
+            if axis.name == name:
+                return i
+        raise DriveRefused(f"no axis {name!r}; there is {', '.join(axis.name for axis in self.axes)}")
+
+    def look(self) -> dict[int, Sight]:
+        """Look at every axis; what answers is to be judged, whatever is silent."""
+        sights: dict[int, Sight] = {}
+        order = list(self._silent_last())
+        self.silent = {}
+        for i in order:
+            try:
+                sights[i] = self.axes[i].look()
+                self._heard[i] = sights[i].time
+            except TransportError as error:
+                self.silent[i] = error
+        return dict(sorted(sights.items()))
+
+    def silence_s(self, time: float) -> float:
+        """For how long the axes that did not answer have been silent, the longest of them."""
+        return max(time - self._heard[i] for i in self.silent)
+
+    @property
+    def silent_names(self) -> str:
+        """The axes that did not answer, as one reads them."""
+        return " and ".join(self.axes[i].name for i in sorted(self.silent))
+
+    def halt(self, *, abruptly: bool) -> None:
+        """Tell every axis to halt, and raise the first error only then.
+
+        Raises
+        ------
+        DriveError, TransportError
+            An axis could not be told.
+        """
+        errors: list[DriveError | TransportError] = []
+        for i in self._silent_last():
+            try:
+                self.axes[i].halt(abruptly=abruptly)
+            except (DriveError, TransportError) as error:
+                self.axes[i].let_expire()
+                errors.append(error)
+        if errors:
+            raise errors[0]
+
+    def free(self, i: int) -> None:
+        """Initialise a controller that has halted; the position of one that has restarted is judged first."""
+        axis = self.axes[i]
+        if axis.sight is not None and axis.word.restarted:
+            self._trust.restarted(i, axis.sight)
+            axis.offset.forget()
+        if axis.must_init:
+            axis.initialise()
+            axis.look()
+
+    def require_ready(self) -> None:
+        """Initialise what has halted, and refuse to move what cannot be.
+
+        Raises
+        ------
+        Unsynchronised, DriveRefused, TransportError
+            The position may be wrong; an alarm stands, or a clock is off; an axis does not answer.
+        """
+        self.require_synchronised()
+        for i, axis in enumerate(self.axes):
+            axis.look()
+            self.free(i)
+            axis.require_clock()
+        self.require_synchronised()
+        if standing := supervision.alarms(self.axes):
+            raise DriveRefused(f"{', '.join(standing)}, after INIT too; find the cause before moving")
+
+    def require_synchronised(self) -> None:
+        """Refuse to move while the position may be wrong.
+
+        Raises
+        ------
+        Unsynchronised
+            Why it may be.
+        """
+        if self._trust.unsynchronised:
+            raise Unsynchronised(self._trust.unsynchronised)
+
+    def _silent_last(self) -> Iterator[int]:
+        yield from sorted(range(len(self.axes)), key=lambda i: i in self.silent)
