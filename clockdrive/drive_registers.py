@@ -137,7 +137,7 @@ class DriveRegisters:
         return Answer({"ok": True, "registers": _rows(written), "note": _NOT_SAVED if written else ""})
 
     def raw(self, axis: str, text: str, *, confirmed: bool = False) -> Answer:
-        """Give an axis controller a command of its manual, at rest; what is risky must be confirmed.
+        """Give an axis controller, by any name of the axis, a command of its manual, at rest; risks are confirmed.
 
         Raises
         ------

@@ -62,7 +62,7 @@ def hold_of(rotator: Rotator | None, mode: str | None, angle_deg: float | None) 
 
 def held(hold: Hold) -> dict[str, Any]:
     """What a rotator holds, as answers say it."""
-    return {"mode": hold.mode, "held_deg": math.degrees(hold.angle)}
+    return {"mode": hold.mode, "held_deg": round(math.degrees(hold.angle), 9)}
 
 
 def field(geometry: Geometry, target: Target, time: float, posture: Posture) -> dict[str, float | None]:
@@ -127,6 +127,7 @@ def rotator_status(
         "name": rotator.axis.name,
         "angle_deg": math.degrees(angle),
         "counts": read.counts,
+        "units": rotator.axis.units,
         "uncertainty_counts": read.uncertainty_counts,
         "rate_deg_s": math.degrees(read.rate / rotator.axis.gearing.counts_per_radian),
         "slewing": read.slewing or turns,

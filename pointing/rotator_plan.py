@@ -107,18 +107,33 @@ def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath 
 
 def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
     """Add to a plan that ends at rest the rotator's way to its park position, where the telescope has one."""
+    return plan if geometry.rotator is None else turned_to(geometry, plan, geometry.rotator.park, start, timing)
+
+
+def turned_to(geometry: Geometry, plan: Plan, angle: float, start: Start, timing: Timing) -> Plan:
+    """Add to a plan that ends at rest the rotator's way to an angle, radians, at which it rests.
+
+    Raises
+    ------
+    Unreachable
+        The angle is outside its limits.
+    PointingError
+        There is no rotator.
+    """
     rotator = geometry.rotator
     if rotator is None:
-        return plan
-    hold = Hold("mount", rotator.park)
-    there = rotator.axis.nearest(rotator.park)
-    begin = start.time + timing.latency
+        raise PointingError("this telescope has no rotator that could turn")
+    check = rotator.check(angle)
+    if not check.ok:
+        raise Unreachable(f"{plan.target}: {check.detail}", checks=(*plan.checks, check))
+    there = rotator.axis.nearest(angle)
     here, travel = _travel(there, 0.0, start, timing)
-    axis = AxisPlan(rotator.axis.name, rotator.park, 0.0, here, there, 0.0, travel)
-    turns = RotatorPlan(hold, axis, begin + travel.duration)
+    axis = AxisPlan(rotator.axis.name, angle, 0.0, here, there, 0.0, travel)
+    turns = RotatorPlan(Hold("mount", angle), axis, start.time + timing.latency + travel.duration)
+    plan = replace(plan, rotator=turns, checks=(*plan.checks, check))
     if turns.arrival <= plan.arrival:
-        return replace(plan, rotator=turns)
-    return replace(plan, rotator=turns, arrival=turns.arrival, axes_arrival=plan.arrival)
+        return plan
+    return replace(plan, arrival=turns.arrival, axes_arrival=plan.arrival)
 
 
 def _ways(held: Held, plan: Plan, rotator: Rotator, start: Start, timing: Timing) -> Iterator[RotatorPlan]:

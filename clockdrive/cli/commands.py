@@ -135,9 +135,15 @@ def simple(args: argparse.Namespace) -> None:
 
 
 def sync(args: argparse.Namespace) -> None:
-    """Synchronise on a target."""
+    """Synchronise on a target, or the rotator alone."""
+    angles = {"rotator_angle_deg": args.rotator_angle, "position_angle_deg": args.position_angle}
+    if bool(args.target) is any(angle is not None for angle in angles.values()):
+        raise InputError(
+            "sync: give a target for the axes, or `--rotator-angle DEG` or `--position-angle DEG` for the rotator; "
+            "one at a time"
+        )
     with backend(args.config, "sync", keep_tracking=True) as telescope:
-        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force)
+        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force, **angles)
     _show(args, answer, lambda found: f"synchronised {found['noted']}")
 
 

@@ -202,6 +202,8 @@ class ApoDrive:
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Begin a slew of all axes: DRIFT, then nodes from there to where the target is at the arrival.
 
+        An axis that is given no target, a rotator, is halted: what it followed is followed no more.
+
         Raises
         ------
         Unsynchronised, DriveRefused
@@ -213,6 +215,8 @@ class ApoDrive:
         self._follower.end()
         self._halted = None
         with self._halted_on_failure(time):
+            for axis in self._axes[len(axes) :]:
+                axis.halt()
             return min(self._ways.slew(i, slew, time) for i, slew in enumerate(axes))
 
     def follow(self, path: AxisPath, time: float) -> float:
@@ -296,6 +300,20 @@ class ApoDrive:
             self._remember(self.memory)
             declare(axis, wanted - was)
         self._trust.synchronised(len(counts))
+        self._remember(self.memory)
+        self.read(time)
+
+    def declare(self, number: int, counts: float, time: float) -> None:
+        """Set the position of one axis alone, by its number from 0; raises as `sync`. All axes are halted for it."""
+        if any(due is not None for due in self._ways.arrivals):
+            raise DriveRefused("a slew is under way; `stop`, then sync")
+        axis = self._axes[number]
+        was = at_slow_speed(axis, time)
+        self._halt_all(time)
+        self._trust.lose_axis(number, f"{axis.name}: a sync was cut short; `sync` again")
+        self._remember(self.memory)
+        declare(axis, counts - was)
+        self._trust.declared(number)
         self._remember(self.memory)
         self.read(time)
 

@@ -32,8 +32,8 @@ def notes(axes: Sequence[ControlledAxis], lost: Collection[int]) -> tuple[str, .
     )
     warned = (f"{text} since the last INIT" for text in warnings(axes))
     unknown = (
-        f"{axes[i].name}: its position is not known; turn it to where that is, then "
-        f"`drive raw {axes[i].name} SET.POSITION DEGREES`"
+        f"{axes[i].name}: its position is not known, and the sky tells it by an image only: `sync --position-angle "
+        "DEG` of a solved image, or `sync --rotator-angle DEG` read on its scale"
         for i in sorted(lost)
         if i > 1
     )

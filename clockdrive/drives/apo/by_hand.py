@@ -5,9 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from clockdrive.answers import Answer, utc
+from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import ArgumentError, InputError, Refused
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
@@ -43,7 +44,8 @@ def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
     Refused
         Nothing has this name.
     """
-    found = {name: text for name, text in registers.items() if not names or any(part in name for part in names)}
+    parts = [_controller(name) for name in names]
+    found = {name: text for name, text in registers.items() if not parts or any(part in name for part in parts)}
     if not found:
         raise Refused(f"nothing is called {names[0]!r}; there is {', '.join(registers)}")
     rows = {name: {"group": name.partition(" ")[0], "text": text, "raw": []} for name, text in found.items()}
@@ -68,7 +70,7 @@ def given_by_hand(
     from mounts.apo.by_hand import risk_of  # noqa: PLC0415 - only where a command is given
     from mounts.apo.commands import decode  # noqa: PLC0415 - likewise
 
-    what = decode(text)
+    what, axis = decode(text), NAMES[axis_of(axis, len(NAMES))]
     if (risk := risk_of(text)) and not confirmed:
         raise InputError(f"{what.text}: {risk}; confirm it with --yes")
     given = drive.by_hand(axis, text) if what.name in _ASKING else within(lambda: drive.by_hand(axis, text))
@@ -85,6 +87,14 @@ def given_by_hand(
     ]
     lines = list(given.reply.lines)
     return Answer({"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages})
+
+
+def _controller(name: str) -> str:
+    """What a controller is called, by any name of its axis; the name itself where it is that of no axis."""
+    try:
+        return NAMES[axis_of(name, len(NAMES))]
+    except ArgumentError:
+        return name
 
 
 def _told(each: "Setting", configuration: Configuration) -> dict[str, Any]:
