@@ -11,13 +11,13 @@ from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import WrongAnswer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 _TOLD = 1e-4  # degrees or degrees per second, to which they are told
 
 
-def identified(axis: ControlledAxis) -> None:
-    """Ask ID, which nothing else answers so.
+def identified(axis: ControlledAxis) -> str:
+    """Ask ID, which nothing else answers so; return what it says.
 
     Raises
     ------
@@ -25,7 +25,7 @@ def identified(axis: ControlledAxis) -> None:
         Something else answers; nothing does. The text names the axis.
     """
     try:
-        axis.asked(axis.controller.identity)
+        return axis.asked(axis.controller.identity).text
     except DriveRefused as error:
         raise WrongProtocol(f"{error}; on a shared line check drive.axis_select") from error
     except WrongAnswer as error:
@@ -74,9 +74,8 @@ def settings_of(axis: ControlledAxis) -> list[Setting]:
     return found
 
 
-def settings_notes(axis: ControlledAxis) -> list[str]:
-    """Say what a controller holds otherwise than configured, and what it does not tell."""
-    found = settings_of(axis)
+def settings_notes(axis: ControlledAxis, found: "Sequence[Setting]") -> list[str]:
+    """Say what a controller, which tells these settings, holds otherwise than configured, and what it does not tell."""
     names = {each.name for each in found}
     untold = [
         f"{axis.name}: the controller does not tell its {what}; what is configured is kept by this host"

@@ -18,6 +18,7 @@ from mounts.apo.axis_group import AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
+from mounts.apo.exchanged import exchanged
 from mounts.apo.following import Follower
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
@@ -26,7 +27,7 @@ from mounts.apo.trust import Trust
 from mounts.apo.watch import MOVES, Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveError, DriveRefused
+from mounts.errors import DriveError, DriveRefused, WrongProtocol
 from pointing.plan import Leading
 from transports.errors import TransportError
 
@@ -126,18 +127,20 @@ class ApoDrive:
         Raises
         ------
         WrongProtocol, DriveRefused, TransportError
-            No controller answers on a line, or one refuses to be initialised.
+            No controller answers on a line, or that of another axis; or one refuses to be initialised.
         """
-        for axis in self._axes:
-            identified(axis)
+        identities = [identified(axis) for axis in self._axes]
+        found = [settings_of(axis) for axis in self._axes]
+        if text := exchanged(self._settings.axes, identities, found):
+            raise WrongProtocol(text)
         if make_safe:
             self._halt_all(time)
         self._notes = []
-        for i, axis in enumerate(self._axes):
+        for i, (axis, told_of) in enumerate(zip(self._axes, found, strict=True)):
             if axis.look().word.restarted:
                 self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
             self._group.free(i)
-            self._notes += settings_notes(axis)
+            self._notes += settings_notes(axis, told_of)
         return self.read(time)
 
     # Reading ---------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
 from transports.memory import MemoryLink
 
@@ -517,3 +517,12 @@ def test_a_command_by_hand_is_answered_and_one_that_sets_the_position_unsynchron
 )  # fmt: skip
 def test_what_a_person_must_confirm_is_what_moves_or_cannot_be_taken_back(text, risky):
     assert bool(risk_of(text)) is risky
+
+
+def test_exchanged_links_are_refused_before_anything_moves():
+    bench = Bench(axes=3)
+    opened = bench.opened
+    bench.opened = lambda i: opened({0: 1, 1: 0}.get(i, i))
+    with pytest.raises(WrongProtocol, match="azimuth: its controller has lower soft limit 6 deg, configured -180"):
+        bench.connected()
+    assert not any(b"MOVE" in line or b"INIT" in line for _, _, line in bench.heard)
