@@ -10,6 +10,7 @@ from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
 from clockdrive.drives.apo.by_hand import ByHand, differing, given_by_hand, told
+from clockdrive.drives.avr_box.by_hand import NAMES as PEC
 from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
@@ -89,6 +90,8 @@ class DriveRegisters:
         drive = self._session.drive
         if isinstance(drive, HasPec):
             return self._control.call(lambda: self._changing(lambda: pec_set(drive, name, value)))
+        if not isinstance(drive, HasRegisters):
+            raise Refused(f"{name} cannot be set: {self._without_registers}")
         row = by_name(name)
         number = _value(row, value) if isinstance(value, str) else value
 
@@ -149,7 +152,7 @@ class DriveRegisters:
         drive = self._session.drive
         if not isinstance(drive, ByHand):
             kind = self._configuration().drive.kind
-            raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes its registers")
+            raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes what it has")
 
         def work() -> Answer:
             given = given_by_hand(drive, axis, text, confirmed=confirmed, within=self._changing)
@@ -184,6 +187,8 @@ class DriveRegisters:
 
     def encoders(self) -> Answer:
         """Return what the absolute encoders read, and where they say the axes are."""
+        if not isinstance(self._session.drive, HasRegisters):
+            raise Refused(f"there are no absolute encoders to read: {self._without_registers}")
         return self._control.call(lambda: Answer({"ok": True, "encoders": [self._encoder(axis) for axis in (1, 2)]}))
 
     def _encoder(self, axis: int) -> dict[str, Any]:
@@ -239,8 +244,18 @@ class DriveRegisters:
     def _drive(self) -> HasRegisters:
         drive = self._session.drive
         if not isinstance(drive, HasRegisters):
-            raise Refused(f"a drive of kind {self._configuration().drive.kind} has no registers; `status` shows all")
+            raise Refused(self._without_registers)
         return drive
+
+    @property
+    def _without_registers(self) -> str:
+        """That the drive has no registers, and what it has instead."""
+        kind, other = self._configuration().drive.kind, ""
+        if isinstance(self._session.drive, ByHand):
+            other = ", `drive raw AXIS COMMAND` gives a controller a command, as MAXV, SET.LIMITS or MS.DUMP"
+        if isinstance(self._session.drive, HasPec):
+            other = f", `drive set` sets {' and '.join(PEC)}"
+        return f"a drive of kind {kind} has no registers of that kind: `drive show` tells all that it has{other}"
 
 
 def drive_calls(telescope: "Telescope") -> dict[str, Call]:
