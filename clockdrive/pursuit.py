@@ -87,6 +87,15 @@ class Pursuit:
         axes = self._trajectory.at(time)
         return axes if self._rotator is None else (*axes, self._rotator.at(time))
 
+    @property
+    def axes(self) -> int:
+        """Both, and a rotator where there is one."""
+        return 2 if self._rotator is None else 3
+
+    def axis_at(self, axis: int, time: float) -> tuple[float, float]:
+        """(counts, counts per second) of one axis at POSIX `time`; the rotator's costs ten times as much."""
+        return self._rotator.at(time) if self._rotator is not None and axis > 1 else self._trajectory.at(time)[axis]
+
     def adapt(self, time: float) -> bool:
         """Begin or end to lead the axes as the target has become fast or slow; return whether that changed."""
         state = self.angles(time)

@@ -77,8 +77,17 @@ class AxisPath(Protocol):
         """Whether it moves faster than a drive may go on at when nobody watches it."""
         ...
 
+    @property
+    def axes(self) -> int:
+        """How many axes have a way of their own; a rotator may have none."""
+        ...
+
     def at(self, time: float) -> Sequence[tuple[float, float]]:
         """(counts, counts per second) of each axis at POSIX `time`."""
+        ...
+
+    def axis_at(self, axis: int, time: float) -> tuple[float, float]:
+        """The same of one axis, counted from 0, for whoever asks each at times of its own."""
         ...
 
 

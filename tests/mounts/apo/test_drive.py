@@ -121,6 +121,13 @@ class Circle:
 
     led = False
 
+    @property
+    def axes(self):
+        return len(self.centre)
+
+    def axis_at(self, axis, time):
+        return self.at(time)[axis]
+
     def __init__(self, centre, amplitude=2.0, period=900.0, shift=(0.0, 0.0)):
         self.centre, self.amplitude, self.w, self.shift = centre, amplitude, math.tau / period, shift
 
