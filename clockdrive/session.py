@@ -104,6 +104,7 @@ class Session:
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
         self._must_stop = False
+        self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
@@ -343,7 +344,7 @@ class Session:
         except (DriveError, TransportError) as error:
             if not self._must_stop:
                 self.note("stop failed", f"{error}; tried again and again; the drive's own switch stops it as well")
-            self._must_stop = True
+            self._must_stop, self._unstopped_because = True, str(error)
         else:
             self._must_stop = False
 
@@ -476,7 +477,7 @@ class Session:
         if self._must_stop:
             self._try_to_stop()
         if self._must_stop:
-            raise Refused("the telescope could not be stopped yet, the drive does not answer; check its link")
+            raise Refused(f"the telescope could not be stopped yet: {self._unstopped_because}")
         if self.doing in MOVING:
             raise Refused(f"the telescope is {self.doing}; wait for it, or `stop` first")
         if self.store.parked() and not parked:

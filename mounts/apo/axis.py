@@ -98,6 +98,11 @@ class ControlledAxis:
         """All that stands: what is latched and what was seen last."""
         return self.latched if self.sight is None else self.latched | self.sight.word
 
+    @property
+    def is_anothers(self) -> bool:
+        """Whether it was last seen with the semaphore in somebody else's hands: it takes no moves from this host."""
+        return self.sight is not None and self.sight.word.has("semaphore_taken")
+
     # Asking ----------------------------------------------------------------------------------------------------
 
     def look(self) -> Sight:

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 
 from mounts.apo import supervision
 from mounts.apo.axis import ControlledAxis, Sight
-from mounts.apo.axis_group import AxisGroup
+from mounts.apo.axis_group import MOVES, AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
@@ -24,7 +24,7 @@ from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.stowing import Stowing
 from mounts.apo.trust import Trust
-from mounts.apo.watch import MOVES, Watch
+from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveError, DriveRefused, WrongProtocol

@@ -112,11 +112,13 @@ class Follower:
         if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
             return
         where = cache(partial(path.axis_at, i))  # nodes and their intervals are asked of it at the same times
+        until = time + AHEAD_S
         if self._must_meet(axis, i, time) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
             self._doubtful[i], axis.clock_stepped = False, False
-        self._fill(i, where, time, time + AHEAD_S, lambda when: interval_s(where, when))
+            until = max(until, self._given[i] + AHEAD_S)  # a slow line has the other axes to serve after it
+        self._fill(i, where, time, until, lambda when: interval_s(where, when))
 
     def _must_meet(self, axis: ControlledAxis, i: int, time: float) -> bool:
         """Whether no node can follow those given: they are in doubt, or run dry before one is there."""

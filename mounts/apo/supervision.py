@@ -28,7 +28,7 @@ def notes(axes: Sequence[ControlledAxis], lost: Collection[int]) -> tuple[str, .
     clocks = (
         f"{axis.name}: the controller's clock is {axis.offset.value:+.4f} s off; node times are corrected for it"
         for axis in axes
-        if axis.offset.value
+        if axis.offset.value and not axis.clock_trouble()
     )
     warned = (f"{text} since the last INIT" for text in warnings(axes))
     unknown = (
