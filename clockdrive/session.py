@@ -8,6 +8,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
@@ -20,7 +21,7 @@ from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading
-from mounts.errors import DriveError
+from mounts.errors import DriveError, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -248,6 +249,10 @@ class Session:
         except TransportError as error:
             self._link_lost(error)
             return None
+        except Unsynchronised as error:  # what was read before may be as wrong
+            if self.reading is not None:
+                self.reading = replace(self.reading, unsynchronised=str(error))
+            raise
         if self.link_lost_since is not None:
             self.note("link", f"the link is back after {reading.time - self.link_lost_since:.1f} s")
             self.link_lost_since = None

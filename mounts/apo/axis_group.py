@@ -102,10 +102,17 @@ class AxisGroup:
         axis = self.axes[i]
         if axis.sight is not None and axis.word.restarted:
             self._trust.restarted(i, axis.sight)
+            axis.jumped_deg = 0.0  # that was judged with it
             axis.offset.forget()
         if axis.must_init and not axis.is_anothers:
             axis.initialise()
             axis.look()
+
+    def found(self, i: int) -> None:
+        """Judge the position of an axis by where it was when it was driven last."""
+        axis = self.axes[i]
+        if axis.sight is not None:
+            self._trust.found(i, axis.sight)
 
     def require_ready(self) -> None:
         """Initialise what has halted, and refuse to move what cannot be.

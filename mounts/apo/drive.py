@@ -27,7 +27,7 @@ from mounts.apo.trust import Trust
 from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveError, DriveRefused, WrongProtocol
+from mounts.errors import DriveError, DriveRefused, Unsynchronised, WrongProtocol
 from pointing.plan import Leading
 from transports.errors import TransportError
 
@@ -47,7 +47,7 @@ class ApoDrive:
     memory : Mapping
         What `memory` gave when these controllers were last driven; empty for ones never seen.
     remember : callable
-        Keeps `memory`; called before a position is set.
+        Keeps `memory`; called before a position is set, and when one was lost.
     """
 
     def __init__(
@@ -140,6 +140,7 @@ class ApoDrive:
             if axis.look().word.restarted:
                 self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
             self._group.free(i)
+            self._group.found(i)
             self._notes += settings_notes(axis, told_of)
         return self.read(time)
 
@@ -152,14 +153,18 @@ class ApoDrive:
         ------
         TransportError
             An axis does not answer; after 4 s all that do were halted.
-        DriveRefused
-            A controller has restarted, an axis is off its path, a clock is wrong; all were halted.
+        Unsynchronised, DriveRefused
+            A position was lost; a controller has restarted, an axis is off its path, a clock is wrong; all were
+            halted.
         """
-        sights = self._group.look()
+        sights, doubted = self._group.look(), self._trust.unsynchronised
         with self._halted_on_failure(time):
             self._settle(sights)
             if trouble := self._watch.trouble(sights):
-                raise DriveRefused(f"{trouble}; all axes were halted")
+                lost = self._trust.unsynchronised != doubted
+                if lost:  # a controller may never say so again
+                    self._remember(self.memory)
+                raise (Unsynchronised if lost else DriveRefused)(f"{trouble}; all axes were halted")
         self._require_answers(time)
         reading = self._watch.reading(
             list(sights.values()), follows=self._follower.active, braking=self._halted is not None

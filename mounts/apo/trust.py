@@ -10,6 +10,7 @@ from mounts.apo.axis import Sight
 from mounts.apo.settings import ApoSettings
 
 _STOOD_DEG, _STOOD_DEG_S = 1e-3, 1e-4  # within which an axis stands where it stood
+_REACH = 1.1  # times its top speed, by which an axis can have been moved while nobody looked
 REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
 
 
@@ -69,6 +70,19 @@ class Trust:
                 axis,
                 f"{name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it was last "
                 "seen; `sync` on a target",
+            )
+
+    def found(self, axis: int, sight: Sight) -> None:
+        """Judge the position of an axis that was not looked at since it was driven last: whether it can be there."""
+        if self._position is None or axis in self.lost_axes:
+            return
+        settings, away = self._settings.axes[axis], max(sight.time - self._time, 0.0)
+        moved = abs(sight.position - self._position[axis])
+        if moved > _STOOD_DEG + settings.max_speed_deg_s * _REACH * away:
+            self.lose_axis(
+                axis,
+                f"{settings.name}: its controller says {sight.position:.4f}°, {moved:.4f}° from where it was "
+                f"seen last {away:.0f} s ago, farther than it can have come; `sync` on a target",
             )
 
     def lose_axis(self, axis: int, why: str) -> None:

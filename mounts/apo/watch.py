@@ -50,7 +50,10 @@ class Watch:
     def _trouble_of(self, i: int, sight: Sight) -> str:
         axis = self._group.axes[i]
         if axis.word.restarted:
+            doubted = self._trust.unsynchronised
             self._group.free(i)
+            if self._trust.unsynchronised != doubted:
+                return self._trust.unsynchronised
             return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
         if axis.jumped_deg:
             jumped, axis.jumped_deg = axis.jumped_deg, 0.0

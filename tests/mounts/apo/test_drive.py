@@ -54,7 +54,8 @@ class Bench:
             ControlledAxis(controller, axis, kind)
             for controller, axis in zip(controllers, self.settings.axes, strict=True)
         )
-        self.drive = ApoDrive(tuple(controlled), self.settings, memory or {})
+        self.remembered = []
+        self.drive = ApoDrive(tuple(controlled), self.settings, memory or {}, self.remembered.append)
 
     def opened(self, i):
         if i in self.cut:
@@ -393,8 +394,9 @@ def test_a_controller_restarted_at_rest_keeps_its_position_and_one_that_moved_do
     moving.run(8.0)
     moving.device.axes[0].restart(moving.clock.now())
     moving.clock.sleep(8.0)
-    with pytest.raises(DriveRefused, match="azimuth: the controller has restarted"):
+    with pytest.raises(Unsynchronised, match=r"azimuth: .*restarted while the axis moved; `sync`"):
         moving.run(1.0)
+    assert "restarted while the axis moved" in moving.remembered[-1]["unsynchronised"]
     with pytest.raises(Unsynchronised, match=r"azimuth: .*restarted while the axis moved; `sync`"):
         moving.start(20.0, 50.0)
 
@@ -410,6 +412,27 @@ def test_what_was_remembered_tells_a_position_lost_while_nobody_looked():
         "altitude: its controller has restarted at 0.0000°, 45.0000° from"
         in again.connected().run(1.0).unsynchronised
     )
+
+
+@pytest.mark.parametrize(("seconds", "is_lost"), [(1.0, True), (600.0, False)])
+def test_an_axis_that_is_found_farther_away_than_it_can_have_come_is_unsynchronised(seconds, is_lost):
+    bench = Bench().connected()
+    bench.run(2.0)
+    again = Bench(memory=bench.drive.memory, positions=(10.0, 57.0, 0.0), time=bench.clock.now() + seconds)
+    why = again.connected().run(1.0).unsynchronised
+    assert ("altitude: its controller says 57.0000°, 12.0000° from where" in why) is is_lost
+    assert bool(why) is is_lost
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_position_that_a_restart_has_lost_is_told_at_the_first_answer_and_once(kind):
+    bench = Bench(kind).connected()
+    bench.run(3.0)
+    bench.device.axes[1].restart(bench.clock.now(), loses_position=True)
+    bench.clock.sleep(10.0)
+    with pytest.raises(Unsynchronised, match=r"altitude: .*restarted at 0\.0000°, 45\.0000° from"):
+        bench.run(1.0)
+    assert "restarted at 0.0000°" in bench.run(5.0).unsynchronised
 
 
 def test_settings_that_differ_are_noted_with_both_values():
@@ -501,7 +524,7 @@ def test_a_position_that_jumps_while_another_axis_is_silent_halts_the_telescope_
     bench.run(9.0)
     bench.cut.add(0)
     bench.device.axes[1].servo.declare(bench.true(1) + 9.0)
-    with pytest.raises(DriveRefused, match="altitude: its position has jumped"):
+    with pytest.raises(Unsynchronised, match="altitude: its position has jumped"):
         bench.drive.read(bench.clock.now())
 
 
