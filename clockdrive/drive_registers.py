@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
-from clockdrive.drives.apo.by_hand import ByHand, differing, given_by_hand, told
+from clockdrive.drives.apo.by_hand import SETS_CLOCKS, ByHand, clocks_answer, differing, given_by_hand, told
 from clockdrive.drives.avr_box.by_hand import NAMES as PEC
 from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
@@ -161,6 +161,29 @@ class DriveRegisters:
 
         return self._control.call(work)
 
+    def set_clocks(self, *, confirmed: bool) -> Answer:
+        """Have the controllers set their clocks by NTP, at rest, and measure them afterwards.
+
+        Raises
+        ------
+        InputError
+            It was not confirmed.
+        Refused, DriveError, TransportError
+            This drive has no clocks to set, or not now; a clock is not right afterwards.
+        """
+        drive, session = self._session.drive, self._session
+        if not isinstance(drive, ByHand):
+            raise Refused(f"a drive of kind {self._configuration().drive.kind} has no clock that could be set")
+        if not confirmed:
+            raise InputError(f"`drive set-time`: {SETS_CLOCKS}")
+
+        def work() -> Answer:
+            answer = clocks_answer(self._changing(lambda: drive.set_clocks(session.clock.now())))
+            session.note("drive", answer["note"])
+            return answer
+
+        return self._control.call(work)
+
     def save(self) -> Answer:
         """Have the unit keep its configuration over a power-cycle."""
         return self._act("save_configuration", "the drive has saved its configuration")
@@ -272,6 +295,7 @@ def drive_calls(telescope: "Telescope") -> dict[str, Call]:
         "drive_reload": lambda args, _: drive.reload(confirmed=bool(args.get("confirmed"))).json,
         "drive_save": lambda _args, _: drive.save().json,
         "drive_set": lambda args, _: drive.set(args["register"], args["value"], force=bool(args.get("force"))).json,
+        "drive_set_time": lambda args, _: drive.set_clocks(confirmed=bool(args.get("confirmed"))).json,
         "drive_show": lambda args, _: drive.show(*args.get("registers", ())).json,
     }
 

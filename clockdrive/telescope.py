@@ -789,6 +789,12 @@ class Telescope:
     # Leaving ---------------------------------------------------------------------------------------------------
 
     @property
+    def tracks_alone(self) -> bool:
+        """Whether its drive goes on tracking without this program."""
+        capabilities = self._session.drive.capabilities
+        return capabilities.holds_rate_alone or not capabilities.can_stop
+
+    @property
     def is_tracking(self) -> bool:
         """Whether it follows a target, as far as was last seen."""
         return self._session.doing == "tracking"

@@ -39,6 +39,9 @@ def add_drive(add: Adder) -> None:
     raw.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
     raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
     raw.add_argument("--yes", action="store_true", help="confirm what is risky")
+    action(
+        "set-time", "have the axis controllers set their clocks, and see how far off they are then; sdss"
+    ).add_argument("--yes", action="store_true", help="confirm it")
     pec = action("pec", "make the PEC table of a stepper box from a file of bins and arcseconds; no drive is asked")
     pec.add_argument("file", metavar="FILE", help="a bin and by how much the telescope was ahead there, a line")
     pec.add_argument("--harmonics", type=int, default=4, metavar="N", help="of the worm, to be fitted")
@@ -131,6 +134,7 @@ _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
     "set": lambda telescope, args: telescope.call(
         "drive_set", register=args.name, value=args.value, force=args.force
     ),
+    "set-time": lambda telescope, args: telescope.call("drive_set_time", confirmed=args.yes),
     "show": lambda telescope, args: telescope.call("drive_show", registers=list(args.names)),
     "speed": _speed,
 }

@@ -214,7 +214,7 @@ class ControlledAxis:
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
         if self._raw is not None and not self._raw.clock_is_set:
-            return f"{self.name}: the controller's clock is not set; set it, then INIT"
+            return f"{self.name}: the controller's clock is not set; {self._sets_it}, then INIT"
         off = self.offset.value
         if abs(off) <= tai.LARGEST_OFFSET_S:
             return ""
@@ -222,8 +222,12 @@ class ControlledAxis:
         scale = f", as if it kept {kept} instead of TAI" if kept else ""
         return (
             f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {tai.LARGEST_OFFSET_S:g} s; "
-            "set it, and check the host's own clock"
+            f"{self._sets_it}, and check the host's own clock"
         )
+
+    @property
+    def _sets_it(self) -> str:
+        return "`drive set-time` sets it" if self.latched.kind == "sdss" else "set it"
 
     def require_clock(self) -> None:
         """Refuse a controller whose clock is too far off.

@@ -16,6 +16,7 @@ from mounts.apo import supervision
 from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.axis_group import MOVES, AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
+from mounts.apo.clock_setting import ClockSet, require_settable, set_clock
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
 from mounts.apo.exchanged import exchanged
@@ -362,6 +363,18 @@ class ApoDrive:
             self._trust.set_by_hand(i)
             self._remember(self.memory)
         return given
+
+    def set_clocks(self, time: float) -> Sequence[ClockSet]:
+        """Have the clocks of all controllers set, and say how far they were and are off; everything halts for it.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            These controllers have no command for it; a clock is not right afterwards; an axis does not answer.
+        """
+        require_settable(self._settings.kind)
+        self._halt_all(time)
+        return [set_clock(axis) for axis in self._axes]
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - see `capabilities`
         """Halt all axes, as none holds its rate alone; close the lines."""

@@ -12,9 +12,11 @@ from clockdrive.errors import ArgumentError, InputError, Refused
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
+    from mounts.apo.clock_setting import ClockSet
     from mounts.apo.connecting import Setting
 
 T = TypeVar("T")
+SETS_CLOCKS = "it sets the clocks of all controllers by their own NTP server, at rest: confirm it with --yes"
 _ASKING = frozenset({"STATUS", "ID", "HELP", "MS.DUMP"})
 _SECTION_OF = dict(zip(NAMES, ("axis1", "axis2", "rotator"), strict=True))
 
@@ -33,6 +35,10 @@ class ByHand(Protocol):
 
     def by_hand(self, name: str, text: str) -> "Given":
         """Give a command to the axis of this name."""
+        ...
+
+    def set_clocks(self, time: float) -> "Sequence[ClockSet]":
+        """Have the clocks of all controllers set."""
         ...
 
 
@@ -87,6 +93,20 @@ def given_by_hand(
     ]
     lines = list(given.reply.lines)
     return Answer({"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages})
+
+
+def clocks_answer(found: "Sequence[ClockSet]") -> Answer:
+    """How far each clock was off before it was set, and is after."""
+    rows = [
+        {"axis": each.axis, "before_s": each.before_s, "after_s": each.after_s, "uncertainty_s": each.uncertainty_s}
+        for each in found
+    ]
+    return Answer({"ok": True, "clocks": rows, "note": "; ".join(map(_clock, found))})
+
+
+def _clock(each: "ClockSet") -> str:
+    before = "not set" if each.before_s is None else f"{each.before_s:+.4f} s off"
+    return f"{each.axis}: the clock was {before}, it is {each.after_s:+.4f} ± {each.uncertainty_s:.4f} s off"
 
 
 def _controller(name: str) -> str:

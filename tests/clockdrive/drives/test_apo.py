@@ -83,6 +83,30 @@ def test_a_clock_that_is_refused_is_not_said_to_be_corrected_for(tmp_path):
         assert "3.0" in scope.status()["alarms"][0]
 
 
+def test_clocks_are_set_when_confirmed_and_measured_afterwards(tmp_path):
+    with apo_telescope("sdss", tmp_path, simulator__clock_offset_s=3.0) as scope:
+        with pytest.raises(DriveRefused, match=r"clock is \+3\.\d+ s off"):
+            scope.park()
+        with pytest.raises(InputError, match="confirm it with --yes"):
+            scope.drive.set_clocks(confirmed=False)
+        found = scope.drive.set_clocks(confirmed=True)
+        print(found["note"])
+        for row in found["clocks"]:
+            assert row["before_s"] == pytest.approx(3.0, abs=0.002)
+            assert abs(row["after_s"]) <= row["uncertainty_s"] + 1e-6 < 0.004
+        scope.park()
+        scope.simulator.axes[0].restart(scope.clock.now(), loses_clock=True)
+        scope.wait(15.0)
+        assert "azimuth" in scope.status()["alarms"][0]
+        assert scope.drive.set_clocks(confirmed=True)["clocks"][0]["before_s"] is None
+        assert not scope.status()["alarms"]
+    with (
+        apo_telescope("apo", tmp_path / "apo") as scope,
+        pytest.raises(DriveRefused, match="kind apo have no command that sets their clocks"),
+    ):
+        scope.drive.set_clocks(confirmed=True)
+
+
 def test_what_controllers_do_not_have_is_said_with_what_they_have(tmp_path):
     with apo_telescope("apo", tmp_path) as scope:
         with pytest.raises(Refused, match=r"park cannot be set: a drive of kind apo.*`drive raw AXIS COMMAND`"):
