@@ -79,6 +79,8 @@ class Unit:
         """Packets that say nothing."""
         self.before_each: Callable[[], object] = _nobody
         """Called before each command and each wait: a sign of life for whoever watches the host."""
+        self.slice_s = float("inf")
+        """The longest wait without it."""
 
     @property
     def name(self) -> str:
@@ -106,11 +108,16 @@ class Unit:
 
     # What it says by itself ------------------------------------------------------------------------------------
 
-    def events(self) -> list[Happened]:
-        """What happened since it was asked last, the oldest first."""
-        found = list(self._events)
-        self._events.clear()
+    def events(self, *kinds: type[Event]) -> list[Happened]:
+        """What happened since it was asked last, the oldest first; of some kinds only, where they are named."""
+        wanted = kinds or (object,)
+        found = [each for each in self._events if isinstance(each.event, wanted)]
+        self._events = deque((each for each in self._events if not isinstance(each.event, wanted)), _EVENTS)
         return found
+
+    def peek(self) -> tuple[Happened, ...]:
+        """The same, left there."""
+        return tuple(self._events)
 
     def listen(self, until: float, enough: Callable[[Event], bool] = lambda _: False) -> None:
         """Let time pass until POSIX `until`, or until an event that is enough; without waiting, take what is there.
@@ -123,7 +130,7 @@ class Unit:
         while True:
             self.before_each()
             before = len(self._events)
-            self._hear(max(0.0, until - self.now()))
+            self._hear(min(max(0.0, until - self.now()), self.slice_s))
             if any(enough(each.event) for each in list(self._events)[before:]) or self.now() >= until:
                 return
 
@@ -181,17 +188,18 @@ class Unit:
         """
         for axis in axes:
             self._released(axis)
-        self._unsettled = True  # an answer to a release that was repeated may still come
         return self._sent + self.delay_s
 
     def _released(self, axis: int) -> None:
         data, error = commands.packet(commands.RELEASES[axis]), None
-        for _ in range(_RELEASES):
+        for attempt in range(_RELEASES):
+            self._unsettled |= attempt > 0  # an answer to a release that was repeated may still come
             try:
                 self._sent = self._opened().write(data)
                 due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
                 while (left := due - self.now()) > 0.0:
-                    if any(said == Done(ok=True) for said, _ in self._hear(left)):
+                    self.before_each()
+                    if any(said == Done(ok=True) for said, _ in self._hear(min(left, self.slice_s))):
                         return
             except LinkError as lost:
                 self._drop()
@@ -388,7 +396,8 @@ class Unit:
         self._send(body)
         due = self._sent + patience_s + 12.0 * self.byte_s + 2.0 * self.delay_s
         while (left := due - self.now()) > 0.0:
-            for said, packet in self._hear(left):
+            self.before_each()
+            for said, packet in self._hear(min(left, self.slice_s)):
                 if mine(said):
                     self._trips.append(max(0.0, packet.time - self.byte_s - self._sent))
                     return said
