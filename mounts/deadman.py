@@ -95,7 +95,11 @@ class DeadMan(Running):
         if not silence_s > 0.0:
             raise DeadManError(f"the dead-man's silence of {silence_s:g} s must be above 0; 0.4 s is usual")
         self._orders = Orders(
-            url, tuple(frames), silence_s, str(log.absolute()) if log else "", silence_s if hasty_s is None else hasty_s
+            url,
+            tuple(frames),
+            silence_s,
+            str(log.absolute()) if log else "",
+            silence_s if hasty_s is None else hasty_s,
         )
         self._program = program
         self._process: subprocess.Popen[bytes] | None = None

@@ -32,7 +32,9 @@ from transports.errors import LinkError, NoAnswer, TransportError
 from transports.link import Clock, Link
 from transports.open_link import open_link
 
-READY, BEAT, ARM, HASTEN, DISARM, SHARE, WITHDRAW = b"RBAHDSW"  # SHARE comes with the descriptor of the owner's connection
+READY, BEAT, ARM, HASTEN, DISARM, SHARE, WITHDRAW = (
+    b"RBAHDSW"  # SHARE comes with the descriptor of the owner's connection
+)
 UNNEEDED, SAFE, FAILED = 0, 3, 4  # how the process ended
 
 ANSWER_S = 0.3  # for the answer to one frame

@@ -2,11 +2,16 @@
 
 import random
 from collections import Counter
+from dataclasses import dataclass
 
 from clockdrive.clock import VirtualClock
+from mounts.awr.drive import AwrDrive
+from mounts.awr.memory import at_park
+from mounts.awr.settings import AwrSettings
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
+from mounts.drive import AxisSlew
 from transports.memory import MemoryLink
 
 T0 = 1_800_000_000.0
@@ -53,3 +58,94 @@ class Wire:
         self.awr = SimulatedAwr(settings or SimulatorSettings(), self.clock.now())
         self.line = Mutilating(self.awr, seed, rate)
         self.unit = Unit(lambda: MemoryLink(self.line, self.clock, baud=baud), self.clock, baud)
+
+
+SETTINGS = AwrSettings(50.0)
+SIDEREAL = 50.0
+
+
+@dataclass
+class Line:
+    """A path on which both axes go evenly."""
+
+    counts: tuple[float, float]
+    rates: tuple[float, float]
+    since: float
+    led: bool = False
+
+    def at(self, time):
+        (x, y), (u, v), t = self.counts, self.rates, time - self.since
+        return (x + u * t, u), (y + v * t, v)
+
+
+class Guard:
+    """In place of a dead-man process: remembers what it was told."""
+
+    def __init__(self):
+        self.fate, self.armed, self.told = "", False, []
+
+    def start(self):
+        self.told.append("start")
+
+    def arm(self):
+        self.armed = True
+
+    def hasten(self):
+        self.told.append("hasten")
+
+    def beat(self):
+        return True
+
+    def disarm(self):
+        self.armed = False
+
+    def close(self):
+        self.told.append("close")
+
+
+class Bench(Wire):
+    """The driver as well."""
+
+    def __init__(self, settings=SETTINGS, unit=None, memory=None, **ways):
+        super().__init__(unit, **ways)
+        self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "")
+        self.guard = Guard()
+        self.drive = AwrDrive(self.unit, settings, self.kept, self._keep, self.guard)
+
+    def _keep(self, memory):
+        self.kept = memory
+
+    def connect(self, *, make_safe=False):
+        return self.drive.connect(self.clock.now(), make_safe=make_safe)
+
+    def read(self):
+        return self.drive.read(self.clock.now())
+
+    def slew(self, *targets, rates=(SIDEREAL, 0.0), limit_s=900.0):
+        """Slew and poll as the session does; return for how long it slewed."""
+        began = self.clock.now()
+        slews = [AxisSlew(target, rate, None, began) for target, rate in zip(targets, rates, strict=True)]
+        self.drive.start(slews, began)
+        while any(axis.slewing for axis in self.read().axes):
+            self.clock.sleep(0.25)
+            assert self.clock.now() - began < limit_s
+        return self.clock.now() - began
+
+    def true(self):
+        """Where both motors truly are, now."""
+        self.awr.advance(self.clock.now())
+        return self.awr.true_position(1), self.awr.true_position(2)
+
+    def off(self):
+        """By how many steps the reckoning is ahead of the truth, now."""
+        now, true = self.clock.now(), self.true()
+        return tuple(axis.at(now).counts - here for axis, here in zip(self.drive.axes, true, strict=True))
+
+    def follow(self, path, seconds, look=lambda _: None):
+        """Read and follow as the session does."""
+        end = self.clock.now() + seconds
+        while (now := self.clock.now()) < end:
+            self.read()
+            due = self.drive.follow(path, self.clock.now())
+            look(self.clock.now())
+            self.clock.sleep(min(due, 1.0, max(0.0, end - now)))

@@ -1,7 +1,7 @@
 """The AWR Microstep behind the Drive contract.
 
-It has keys, speeds and events, no position: a goto is a cascade of timed presses, at ever slower speeds, and where the
-axes are is reckoned from how long each motion lasted. Below the keys both axes go on at the rates of their drive
+It has keys, speeds and events, no position: a goto is a cascade of timed presses, at ever slower speeds, and where
+the axes are is reckoned from how long each motion lasted. Below the keys both axes go on at the rates of their drive
 registers, which are soft-written for the target, so that for the keys it stands still; tracking is nothing else. No
 word is written into the non-volatile memory unless a person asks for it.
 """
@@ -9,6 +9,7 @@ word is written into the non-volatile memory unless a person asks for it.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 
 from mounts.awr.axis import AwrAxis
@@ -37,6 +38,8 @@ _COOKIE_EVERY_S = 10.0
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
 _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
+_EVENT_BYTES = 7
+_APART = 3.0  # standard deviations of what lies between two events, so that one seldom finds the line taken
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -70,9 +73,7 @@ class AwrDrive:
         self._remember = remember
         kept = Kept.of(memory, settings.meaning)
         seen = kept.time if math.isfinite(kept.time) else unit.now()
-        one, two = (
-            AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.turned) for i, axis in enumerate(kept.axes)
-        )
+        one, two = (AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.turned) for i, axis in enumerate(kept.axes))
         self.axes = (one, two)
         for axis, was in zip(self.axes, kept.axes, strict=True):
             axis.drives_at(was.rate, seen)
@@ -123,8 +124,10 @@ class AwrDrive:
 
     @property
     def exchange_s(self) -> float:
-        """Seconds from one key to the next."""
-        return _BYTES * self.unit.byte_s + 2.0 * self.unit.delay_s + _SPARE_S
+        """Seconds from one key to the next: their answers, and events that they make, do not wait for one another."""
+        answers = _BYTES * self.unit.byte_s + 2.0 * self.unit.delay_s + _SPARE_S
+        scatter = _APART * self._settings.jitter.hold_s if self.unit.byte_s else 0.0
+        return answers + _EVENT_BYTES * self.unit.byte_s + scatter
 
     @property
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
@@ -207,7 +210,9 @@ class AwrDrive:
         kept, lost = self._kept, self.supervision.unsynchronised
         directions = self.words.lasting.get(0x00)
         if not lost and kept.directions is not None and directions != kept.directions:
-            self._lose("the direction senses of the unit (00) were changed since the last sync; `sync` on a known star")
+            self._lose(
+                "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
+            )
         if not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
             self._lose(SWITCHED)
         away = time - kept.time
@@ -223,17 +228,19 @@ class AwrDrive:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
 
-    def _slow_down(self, ladder: Ladder) -> None:
-        """Have its slew no faster than its jitter allows, in RAM."""
+    def _slow_down(self, wanted: Ladder) -> Ladder:
+        """Have its slew in RAM no faster than wanted; return the speeds that there are then, none faster."""
         unit = self._settings.frequency_unit
-        for name, rate in (("slew_right", ladder.slew_rates[0]), ("slew_up", ladder.slew_rates[1])):
-            axis = 0 if name == "slew_right" else 1
-            motor = rate + abs(self.axes[axis].rate) if axis == 0 else rate
+        for axis, name in enumerate(("slew_right", "slew_up")):
             register = BY_NAME[name]
-            wanted = max(1, min(self.words.lasting[register.address], round(motor / unit)))
-            if self.words.ram.get(register.address) != wanted:
-                self.words.soft_write(register, wanted)
+            motor = wanted.slew_rates[axis] - abs(self.axes[axis].rate)
+            value = max(1, min(self.words.lasting[register.address], round(motor / unit)))
+            if self.words.ram.get(register.address) != value:
+                self.words.soft_write(register, value)
         self.__dict__.pop("_ladder", None)
+        there = self.words.speeds.ladder(self.exchange_s)
+        names = {rung.speed for rung in wanted.rungs}
+        return replace(there, rungs=tuple(rung for rung in there.rungs if rung.speed in names))
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -327,8 +334,7 @@ class AwrDrive:
             for rate, slew in zip(ladder.careful_rates, (one, two), strict=True)
         ]
         ladder = ladder.slewing_at(caps)
-        self._slow_down(ladder)
-        self._cascade = Cascade(ladder)
+        self._cascade = Cascade(self._slow_down(ladder))
         self._aims, self._stages = (one, two), 0
         self._aimed = time
         self._remember(self.memory)
@@ -368,7 +374,9 @@ class AwrDrive:
         self._aims = None
         self._beside.rest()
         if self._stages >= _STAGES:
-            self.supervision.note(f"the target was not reached within {_STAGES} presses; see `drive show` for its rates")
+            self.supervision.note(
+                f"the target was not reached within {_STAGES} presses; see `drive show` for its rates"
+            )
         self._remember(self.memory)
 
     def _give_up(self) -> None:
@@ -380,7 +388,7 @@ class AwrDrive:
     # Following -------------------------------------------------------------------------------------------------
 
     def follow(self, path: AxisPath, time: float) -> float:
-        """Keep both axes on a path by their drive registers: the rate that brings each back to it until the next look.
+        """Keep both axes on a path by their drive registers: at the rate that leads each back to it by the next look.
 
         Raises
         ------
@@ -512,4 +520,3 @@ class AwrDrive:
 
     def _lose(self, why: str) -> None:
         self.supervision.lose(why)
-

@@ -23,8 +23,8 @@ from transports.errors import NoAnswer, TransportError
 SOON_S = 0.6  # before a release from which on a look lasts until it
 _TOLD_S = 0.25  # after its time in which an event must have come
 _LEARNT = 0.2  # weight of a new delay among the old ones
-_USUAL_S = 0.015  # from hearing a key to its acting
-_LATEST_S = 0.06  # likewise, so that the event of a key is seen at once
+_USUAL_S = 0.02  # from hearing a key to its acting
+_LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
 LOST = (
     "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
     "known star"
@@ -127,15 +127,38 @@ class Holding:
             The unit does not obey or answer; all keys were released, as far as it listens.
         """
         try:
-            while self._due and self._due[0][0] <= self._unit.now() + soon_s:
-                self._do(*self._due.pop(0))
-            if self._held and not self._due:
-                self._finish(soon_s)
+            while (until := self._until(soon_s)) is not None:
+                if self._due and self._due[0][0] <= until:
+                    self._do(*self._due.pop(0))
+                else:
+                    self._listen(until, lambda event: isinstance(event, Moving))
+                    self._overdue()
         except (DriveError, TransportError):
             self.let_go()
             raise
+        self._listen(self._unit.now())
 
-    def _do(self, due: float, axis: int, down: bool) -> None:  # noqa: FBT001 - as the stage has it
+    def _until(self, soon_s: float) -> float | None:
+        """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
+        soon = self._unit.now() + soon_s
+        dues = [due for due, _, _ in self._due[:1] if due <= soon]
+        for held in self._held.values():
+            if held.began is None and not math.isnan(held.pressed):
+                dues.append(held.pressed + self.delay_s + _TOLD_S)
+            elif not math.isnan(held.released) and self._ends(held) <= soon:
+                dues.append(self._ends(held) + _TOLD_S)
+        return min(dues, default=None)
+
+    def _overdue(self) -> None:
+        """What was not told in time is lost."""
+        now = self._unit.now()
+        for axis, held in list(self._held.items()):
+            if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
+                self._lost(axis, "began")
+            elif now >= self._ends(held) + _TOLD_S:
+                self._lost(axis, "ended")
+
+    def _do(self, due: float, axis: int, down: bool) -> None:
         if not down:
             self._beside.hasten()
         self._listen(due - self._unit.key_s)
@@ -164,18 +187,6 @@ class Holding:
                 return
         held.pressed = heard
         self._axes[axis].pressed(held.press, heard + self.delay_s)
-
-    def _finish(self, soon_s: float) -> None:
-        """All keys are released: wait for the ends of the motions, where they are near or overdue."""
-        ends = max(self._ends(held) for held in self._held.values())
-        if ends > self._unit.now() + soon_s:
-            self._listen(self._unit.now())
-            return
-        while self._held and self._unit.now() < ends + _TOLD_S:
-            self._listen(ends + _TOLD_S, lambda event: isinstance(event, Moving) and not any(event.axes))
-        for axis in list(self._held):
-            self._unit.release((axis,))
-            self._lost(axis, "ended")
 
     def _ends(self, held: _Held) -> float:
         """When a motion is over that was released."""
@@ -217,6 +228,8 @@ class Holding:
 
     def _lost(self, axis: int, what: str) -> None:
         held = self._held.pop(axis)
+        self._due = [each for each in self._due if each[1] != axis]
+        self._unit.release((axis,))
         now = self._unit.now()
         here = self._axes[axis].at(now)
         most = abs(held.press.key.rate) * (held.press.duration + _TOLD_S)
@@ -259,8 +272,7 @@ class Holding:
             short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
             held.press = short
             self._axes[axis].press = short
-        if self._held:
-            self._finish(math.inf)
+        self.look(math.inf)
 
     def require_hearing(self) -> None:
         """The dead-man process lives, and no key is refused.

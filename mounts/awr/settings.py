@@ -1,4 +1,4 @@
-"""What the driver of an AWR Microstep must know of it: the factory's calibration, and the assumptions as configured."""
+"""What the driver of an AWR Microstep must know: the factory's calibration, and the assumptions as configured."""
 
 from dataclasses import dataclass, field
 from typing import Literal

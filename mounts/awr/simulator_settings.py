@@ -107,7 +107,7 @@ class SimulatorSettings:
     firmware: float = 0.77
     sense1: int = 1
     sense2: int = 1
-    execution_s: float = 0.015
+    execution_s: float = 0.025
     execution_jitter_s: float = 0.005
     stamp_jitter_s: float = 0.0001
     clock_drift_ppm: float = 0.0

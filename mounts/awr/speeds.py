@@ -65,7 +65,7 @@ class Speeds:
     def __post_init__(self) -> None:
         if not self.lasting.get(BY_NAME["drive_ra_counts"].address):
             raise AwrError(
-                "drive_ra (01) holds no counts, and all rates are reckoned from it: write those of the factory's sheet"
+                "drive_ra (01) holds no counts, and all rates are reckoned from it: write those of the factory sheet"
             )
 
     @property
@@ -155,5 +155,3 @@ class Speeds:
 
     def _word(self, name: str) -> int:
         return self.ram.get(BY_NAME[name].address, 0)
-
-

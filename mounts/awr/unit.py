@@ -35,13 +35,14 @@ _TRIES = 3
 _RELEASES = 12
 _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
+_AT_ONCE_S = 5e-4
 _LOSSES = 20  # remembered
 
 T = TypeVar("T", bound=Response)
 
 
 class Happened(NamedTuple):
-    """An event, when it was, and by how many seconds it may have been earlier, as the line was not free."""
+    """An event, when it was, and how many seconds earlier it may have been: the line was taken, or nobody listened."""
 
     event: Event
     time: float
@@ -137,13 +138,17 @@ class Unit:
     def _hear(self, seconds: float) -> list[tuple[Response, Packet]]:
         """Read once; collect events, return answers."""
         link = self._opened()
+        begun, since = self.now(), self._listened
         try:
             data = link.read(_CHUNK, seconds)
         except LinkError:
             self._drop()
             raise
+        self._listened = self.now()
         if data:
-            self._heard = self.now()
+            self._heard = self._listened
+        # What was there at once may have come at any time since somebody listened last.
+        unheard = max(0.0, begun - since) if self._listened - begun < _AT_ONCE_S else 0.0
         answers = []
         for packet in self._packets.feed(data, self.now()):
             said: Message = decoded(packet.text)
@@ -154,7 +159,7 @@ class Unit:
                 answers.append((said, packet))
             else:
                 time = packet.time - self.byte_s - self.delay_s
-                self._events.append(Happened(said, time, packet.behind_s))
+                self._events.append(Happened(said, time, packet.behind_s + unheard))
         return answers
 
     # Commands --------------------------------------------------------------------------------------------------
@@ -362,6 +367,7 @@ class Unit:
 
     # The line --------------------------------------------------------------------------------------------------
 
+    _listened = float("-inf")  # POSIX seconds at which it was listened to last
     _heard = float("-inf")  # POSIX seconds at which something came last
     _sent = 0.0  # POSIX seconds at which the last command had left
 

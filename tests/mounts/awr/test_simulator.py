@@ -199,7 +199,7 @@ def test_presses_and_stamps_scatter_as_they_are_told_to():
                 late.append(t - (sent - T0))
             else:
                 off.append(t - (sent - T0) - 5.0)
-    assert statistics.mean(late) == pytest.approx(0.015, abs=0.001)
+    assert statistics.mean(late) == pytest.approx(0.025, abs=0.001)
     assert statistics.stdev(late) == pytest.approx(0.005, abs=0.0006)
     assert statistics.stdev(off) == pytest.approx(0.005, abs=0.0006)
 
