@@ -1,0 +1,89 @@
+"""Gotos and tracking through the whole driver, against the unit simulated on its wire: where the axes truly end."""
+
+import math
+import os
+import random
+import statistics
+from dataclasses import replace
+
+import pytest
+from awr_bench import SETTINGS, SIDEREAL, Bench
+
+from mounts.awr.registers import BY_NAME
+from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.awr.uncertainty import Jitter
+from mounts.drive import AxisSlew
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
+GOTOS = 1000 if FULL else 15
+STEPS_PER_DEGREE = SIDEREAL / 0.00417807
+
+
+def random_gotos(stamp_s: float, seed: int) -> tuple[Bench, list[float], list[bool], int]:
+    """Both axes' true errors together, guide steps; whether each axis is within its stated interval; how many late."""
+    bench = Bench(
+        replace(SETTINGS, jitter=Jitter(5e-3, stamp_s)), SimulatorSettings(stamp_jitter_s=stamp_s, seed=seed)
+    )  # fmt: skip
+    bench.connect()
+    rng, drive = random.Random(seed), bench.drive  # noqa: S311
+    errors, held, late = [], [], 0
+    for _ in range(GOTOS):
+        now = bench.clock.now()
+        for axis, true in zip(drive.axes, bench.true(), strict=True):
+            axis.known(true, now, 0.0)
+        targets = [
+            min(max(true + rng.choice((-1, 1)) * math.exp(rng.uniform(4.0, 13.5)), -6e5), 6e5)
+            for true in bench.true()
+        ]
+        models = drive.slew_models
+        travels = [
+            model.travel(axis.at(now).counts, target, 0.0, rate).duration
+            for model, axis, target, rate in zip(models, drive.axes, targets, (SIDEREAL, 0.0), strict=True)
+        ]
+        arrival = now + drive.start_latency + max(travels)
+        drive.start([AxisSlew(targets[0], SIDEREAL, None, arrival), AxisSlew(targets[1], 0.0, None, arrival)], now)
+        while any(axis.slewing for axis in bench.read().axes):
+            bench.clock.sleep(0.25)
+        end, true = bench.clock.now(), bench.true()
+        late += end - 0.25 > arrival
+        wanted = targets[0] + SIDEREAL * (end - arrival), targets[1]
+        steps = drive.ladder.guide_steps
+        errors.append(math.hypot((true[0] - wanted[0]) / steps[0], (true[1] - wanted[1]) / steps[1]))
+        stated = [axis.at(end).uncertainty for axis in drive.axes]
+        held += [abs(off) <= doubt for off, doubt in zip(bench.off(), stated, strict=True) if doubt]
+        assert not drive.supervision.unsynchronised
+    return bench, sorted(errors), held, late
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("stamp_s", [1e-4, 5e-3], ids=["events to 0.1 ms", "events to 5 ms"])
+def test_random_gotos_end_where_they_should_and_as_surely_as_is_said(stamp_s):
+    bench, errors, held, late = random_gotos(stamp_s, seed=11)
+    of = bench.drive.ladder
+    bound = max(
+        2.0, 2.0 * math.sqrt(2.0) * max(of.slew_rates) * 5e-3 / min(of.guide_steps) if stamp_s > 1e-3 else 0.0
+    )
+    error, share = errors[math.ceil(0.95 * len(errors)) - 1], statistics.fmean(held)
+    print(
+        f"{len(errors)} gotos: 95 % within {error:.2f} of {bound:.1f} guide steps, the stated interval holds "
+        f"{100.0 * share:.1f} %, {late} after the time that was told"
+    )
+    assert error <= bound
+    assert late <= 1 + 0.01 * len(errors)
+    assert not FULL or 0.93 <= share <= 0.97  # fewer gotos say little of it
+
+
+def test_one_goto_after_the_other_slews_as_fast_as_the_first():
+    bench = Bench()
+    bench.connect()
+    slews = []
+    for target in (5000.0, -5000.0, 8000.0):
+        bench.slew(target, target)
+        slews.append([bench.drive.words.ram[BY_NAME[name].address] for name in ("slew_right", "slew_up")])
+    assert slews[0] == slews[1] == slews[2]
+    assert slews[0][1] == round(bench.drive.ladder.slew_rates[1]) < bench.drive.words.lasting[0x14]
+    bench.drive.start([AxisSlew(0.0, SIDEREAL, 2000.0), AxisSlew(0.0, 0.0, 2000.0)], bench.clock.now())
+    assert bench.drive.words.ram[0x14] == 2000
+    bench.drive.stop(bench.clock.now())
+    bench.slew(3000.0, 3000.0)
+    assert [bench.drive.words.ram[BY_NAME[name].address] for name in ("slew_right", "slew_up")] == slews[0]
