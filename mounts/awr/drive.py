@@ -114,12 +114,12 @@ class AwrDrive:
 
     @property
     def ladder(self) -> Ladder:
-        """The speeds in force, as steps from slew to target; with a slew as fast as its jitter allows."""
+        """The speeds as steps from slew to a target that is tracked, with a slew as fast as its jitter allows."""
         return self._ladder
 
     @cached_property
     def _ladder(self) -> Ladder:
-        ladder = self.words.speeds.ladder(self.exchange_s)
+        ladder = self.words.usual.ladder(self.exchange_s)
         return ladder.slewing_at(ladder.careful_rates)
 
     @property
@@ -328,7 +328,7 @@ class AwrDrive:
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drive_at(axis, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
-        ladder = self.words.speeds.ladder(self.exchange_s)
+        ladder = self.words.full.ladder(self.exchange_s)
         caps = [
             rate if slew.max_rate is None else min(rate, slew.max_rate)
             for rate, slew in zip(ladder.careful_rates, (one, two), strict=True)
