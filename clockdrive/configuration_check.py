@@ -153,6 +153,8 @@ def contradictions(facts: Facts) -> Iterator[Finding]:
             ("limits.horizon", "limits.horizon_deg"),
             "limits.horizon and limits.horizon_deg are both given: keep one of them",
         )
+    if facts["drive.kind"] == "awr":
+        yield from _factory(facts)
     if facts["drive.kind"] == "tc410":
         yield from _fan(facts)
         for section in ("axis1", "axis2"):
@@ -167,6 +169,22 @@ def _travel(facts: Facts, axis: str) -> Iterator[Finding]:
     elif not low <= park <= high:
         text = f"{axis}.park_deg = {park:g}: allowed {low:g} to {high:g} deg, as {axis}.min_deg and max_deg say"
         yield (f"{axis}.park_deg", f"{axis}.min_deg", f"{axis}.max_deg"), text
+
+
+_FACTORY = {
+    "drive.sidereal_steps_per_s": "RA motor steps a second at sidereal rate, printed on the calibration sheet that "
+    "AWR supplies with the drive box",
+    "axis2.steps_per_degree": "Dec motor steps a degree, steps of the motor times microsteps times gear ratio / 360, "
+    "as the calibration sheet of AWR has them",
+}
+
+
+def _factory(facts: Facts) -> Iterator[Finding]:
+    """What only the factory's sheet tells."""
+    for dotted, what in _FACTORY.items():
+        if facts.get(dotted) is None:
+            text = f"{dotted} is missing, and there is no default: the {what}; ask AWR for it with the serial number"
+            yield (dotted,), text
 
 
 def _fan(facts: Facts) -> Iterator[Finding]:

@@ -345,6 +345,14 @@ class SimulatedAwr:
         if self.version >= 0x0077:
             self._say(Lines((a, b, c, d, e, f)))
 
+    def stand(self) -> None:
+        """Its drives are off, as a program has left them that parked it."""
+        for flags in (0x02, 0x04):
+            self.ram[flags] &= ~1
+        self._aim()
+        for axis in self.axes:
+            axis.halt()
+
     def push(self, axis: int, steps: float) -> None:
         """Turn axis 1 or 2 by hand, or let its motor miss as many steps."""
         self._missed[axis - 1] += steps
@@ -366,7 +374,7 @@ class SimulatedAwr:
         """All of it, for `restore`."""
         version, state, gauss = self._rng.getstate()
         return {
-            "now": self._now,
+            "t0": self._now,
             "lasting": list(self.lasting.items()),
             "ram": list(self.ram.items()),
             "wear": list(self.wear.items()),
@@ -376,19 +384,19 @@ class SimulatedAwr:
             "keys": list(self.keys),
             "axes": [axis.snapshot() for axis in self.axes],
             "missed": list(self._missed),
-            "due": [list(each) for each in self._due],
+            "due": [[due - self._now, order, body] for due, order, body in self._due],
             "moving": list(self._moving),
             "random": [version, list(state), gauss],
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go on from a snapshot; what nobody listened to meanwhile is lost."""
-        self._now, self.relays, self.stopped, self.speed = kept["now"], kept["relays"], kept["stopped"], kept["speed"]
+        self._now, self.relays, self.stopped, self.speed = kept["t0"], kept["relays"], kept["stopped"], kept["speed"]
         self.lasting, self.ram = dict(map(tuple, kept["lasting"])), dict(map(tuple, kept["ram"]))
         self.wear, self.keys = Counter(dict(map(tuple, kept["wear"]))), list(kept["keys"])
         self.axes = (MovingAxis(**kept["axes"][0]), MovingAxis(**kept["axes"][1]))
         self._missed, self._moving = list(kept["missed"]), (kept["moving"][0], kept["moving"][1])
-        self._due = [(due, order, body) for due, order, body in kept["due"]]
+        self._due = [(self._now + due, order, body) for due, order, body in kept["due"]]
         self._order = max((order for _, order, _ in self._due), default=0)
         version, state, gauss = kept["random"]
         self._rng.setstate((version, tuple(state), gauss))

@@ -42,7 +42,7 @@ T = TypeVar("T", bound=Response)
 
 
 class Happened(NamedTuple):
-    """An event, when it was, and how many seconds earlier it may be: the line was taken, or nobody listened."""
+    """An event, when it was, and how much earlier it may have been: the line was taken, or nobody listened."""
 
     event: Event
     time: float

@@ -14,6 +14,7 @@ from mounts.errors import DriveRefused
 
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
+_DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
 class Words:
@@ -47,7 +48,7 @@ class Words:
         """
         self.lasting = self._unit.read_all()
         known, self.ram = self.ram, dict(self.lasting)
-        for address in (0x01, 0x02, 0x03, 0x04, 0x14, 0x15, _COOKIE.address):
+        for address in (*_DRIVES, *_SLEWS, _COOKIE.address):
             value = self._unit.read(address | RAM)
             self.tells_ram = value is not None
             if value is None:
@@ -65,6 +66,19 @@ class Words:
             The sidereal rate stands nowhere.
         """
         return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def usual(self) -> Speeds:
+        """The same with the drives as they are without a program, so that axis 1 tracks."""
+        return self._speeds_with(*_DRIVES, *_SLEWS)
+
+    @property
+    def full(self) -> Speeds:
+        """The same with the drives in force, and the slew as fast as it is without a program."""
+        return self._speeds_with(*_SLEWS)
+
+    def _speeds_with(self, *lasting: int) -> Speeds:
+        return Speeds(self._settings, self.lasting, self.ram | {each: self.lasting[each] for each in lasting})
 
     # Writing ---------------------------------------------------------------------------------------------------
 

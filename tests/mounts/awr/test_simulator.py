@@ -6,6 +6,7 @@ import statistics
 
 import pytest
 
+from mounts.awr.factory import factory
 from mounts.awr.messages import (
     Backlash,
     Done,
@@ -21,7 +22,7 @@ from mounts.awr.messages import (
 )
 from mounts.awr.packets import Packets
 from mounts.awr.simulator import SimulatedAwr
-from mounts.awr.simulator_settings import SimulatorSettings, factory
+from mounts.awr.simulator_settings import SimulatorSettings
 
 T0 = 1_800_000_000.0
 STILL = {"execution_s": 0.0, "execution_jitter_s": 0.0, "stamp_jitter_s": 0.0}

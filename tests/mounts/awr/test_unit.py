@@ -6,9 +6,10 @@ from awr_bench import STILL, T0, Mutilating, Wire
 from clockdrive.clock import VirtualClock
 from mounts.awr import registers
 from mounts.awr.errors import AwrError
+from mounts.awr.factory import factory
 from mounts.awr.messages import Moving, Override, Status
 from mounts.awr.simulator import SimulatedAwr
-from mounts.awr.simulator_settings import SimulatorSettings, factory
+from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
