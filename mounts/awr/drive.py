@@ -515,6 +515,10 @@ class AwrDrive:
         if self.supervision.index is not None:
             when, where = self.supervision.index
             rows["index"] = f"{self.unit.now() - when:.1f} s ago at {where:.1f} steps"
+        speeds = self.words.speeds
+        for number, rate in enumerate(speeds.drives, start=1):
+            apart = speeds.apart(speeds.drive_words(number - 1))
+            rows[f"drive_rate_{number}"] = f"{rate:.4f} steps/s, the next one {apart:.2g} away"
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows

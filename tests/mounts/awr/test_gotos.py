@@ -147,3 +147,11 @@ def test_the_moon_is_followed_by_the_drive_registers():
     print(f"the Moon for {MOON_H:g} h, {rates[0]:.2f} and {rates[1]:.3f}″/s: RMS {rms[0]:.3f}″ and {rms[1]:.3f}″")
     assert len(offs) > 600 * MOON_H
     assert math.hypot(*rms) <= 2.0
+
+
+def test_the_quantisation_of_a_drive_rate_is_shown():
+    bench = Bench()
+    bench.connect()
+    shown = bench.drive.registers()
+    assert shown["drive_rate_1"] == "50.0000 steps/s, the next one 0.0028 away"  # 50 / 18000 counts
+    assert shown["drive_rate_2"].startswith("0.0000 steps/s")
