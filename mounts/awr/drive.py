@@ -178,7 +178,8 @@ class AwrDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        return (*self._own_notes, *self.supervision.notes)
+        late = self.keys.punctuality.note
+        return (*self._own_notes, *self.supervision.notes, *((late,) if late else ()))
 
     # Connecting ------------------------------------------------------------------------------------------------
 

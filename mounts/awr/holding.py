@@ -15,6 +15,7 @@ from mounts.awr.beside import Beside
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
 from mounts.awr.messages import Event, Moving
+from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Unit
 from mounts.errors import DriveError, DriveRefused
@@ -73,7 +74,8 @@ class Holding:
         self._unit = unit
         self._beside = beside
         self._axes = axes
-        self._jitter = jitter
+        self.punctuality = Punctuality(jitter)
+        """Whether keys and events are off their times by no more than that."""
         self._lose = lose
         self.speed: Speed | None = None
         """The speed in force, where that is known."""
@@ -219,7 +221,11 @@ class Holding:
                 self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
                 self._axes[axis].began(each.time)
         elif not moves and held.began is not None:
-            way = held.press.measured(self._jitter, each.time - held.began.time)
+            duration, hold = each.time - held.began.time, held.press.hold
+            if not math.isnan(held.released):
+                hold = held.released - held.pressed
+                self.punctuality.heard(held.press, hold, duration)
+            way = held.press.measured(self.punctuality.jitter, duration, hold)
             doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]

@@ -23,11 +23,10 @@ STEPS_PER_RADIAN = math.degrees(SIDEREAL / 0.00417807)
 ARCSEC_PER_STEP = math.degrees(3600.0 / STEPS_PER_RADIAN)
 
 
-def random_gotos(stamp_s: float, seed: int) -> tuple[Bench, list[float], list[bool], int]:
+def random_gotos(stamp_s: float, seed: int, execution_s: float = 5e-3) -> tuple[Bench, list[float], list[bool], int]:
     """True errors of both axes together, guide steps; whether each is as surely there as stated; how many late."""
-    bench = Bench(
-        replace(SETTINGS, jitter=Jitter(5e-3, stamp_s)), SimulatorSettings(stamp_jitter_s=stamp_s, seed=seed)
-    )  # fmt: skip
+    unit = SimulatorSettings(stamp_jitter_s=stamp_s, execution_jitter_s=execution_s, seed=seed)
+    bench = Bench(replace(SETTINGS, jitter=Jitter(5e-3, stamp_s)), unit)
     bench.connect()
     rng, drive = random.Random(seed), bench.drive  # noqa: S311
     errors, held, late = [], [], 0
@@ -74,6 +73,19 @@ def test_random_gotos_end_where_they_should_and_as_surely_as_is_said(stamp_s):
     assert error <= bound
     assert late <= 1 + 0.01 * len(errors)
     assert not FULL or 0.93 <= share <= 0.97  # fewer gotos say little of it
+
+
+def test_keys_that_are_less_punctual_than_configured_are_noticed_and_widen_what_is_stated():
+    bench, errors, held, _ = random_gotos(5e-3, seed=3, execution_s=20e-3)
+    keys, share = bench.drive.keys.punctuality, statistics.fmean(held)
+    print(
+        f"{len(errors)} gotos: {keys.widened:.2f} times as unpunctual, the stated interval holds {100 * share:.1f} %"
+    )
+    assert 2.0 < keys.widened < 4.0
+    assert any("lasted longer or shorter than planned" in note for note in bench.drive.notes)
+    as_configured, *_ = random_gotos(5e-3, seed=4)
+    assert as_configured.drive.keys.punctuality.widened == 1.0
+    assert not any("longer or shorter" in note for note in as_configured.drive.notes)
 
 
 def test_one_goto_after_the_other_slews_as_fast_as_the_first():
