@@ -14,7 +14,7 @@ from functools import cached_property
 
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
-from mounts.awr.cascade import Cascade, Errors
+from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.holding import Holding
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
@@ -93,6 +93,7 @@ class AwrDrive:
         self._aimed = 0.0  # POSIX seconds at which the aims hold
         self._cascade: Cascade | None = None
         self._stages = 0
+        self._course: list[Stage] = []
         self._jogging = False
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
@@ -147,8 +148,8 @@ class AwrDrive:
 
     @property
     def axes_land_together(self) -> bool:
-        """One speed is in force for both axes, so both land when the later one does."""
-        return True
+        """Each axis goes along with its target once it has landed, by its drive."""
+        return False
 
     @property
     def leading(self) -> Leading | None:
@@ -379,6 +380,7 @@ class AwrDrive:
                 self._arrived()
                 return
             self._stages += 1
+            self._course = [*self._course[: self._stages - 1], stage]
             self.keys.begin(stage)
             self.keys.look()
 
@@ -520,6 +522,8 @@ class AwrDrive:
         for number, rate in enumerate(speeds.drives, start=1):
             apart = speeds.apart(speeds.drive_words(number - 1))
             rows[f"drive_rate_{number}"] = f"{rate:.4f} steps/s, the next one {apart:.2g} away"
+        if self._course:
+            rows["last_goto"] = "; ".join(map(str, self._course))
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows
