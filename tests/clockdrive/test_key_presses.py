@@ -1,12 +1,11 @@
 """What a plan tells of a drive that is moved by keys: its presses, what each leaves to go, how sure the end is."""
 
 import pytest
+from telescope_bench import telescope
 
-from clockdrive import Telescope
 
-
-def test_a_plan_tells_its_presses_with_their_errors_and_a_goto_ends_as_sure_as_that():
-    with Telescope.simulated("awr") as scope:
+def test_a_plan_tells_its_presses_with_their_errors_and_a_goto_ends_as_sure_as_that(tmp_path):
+    with telescope(tmp_path, drive__kind="awr") as scope:
         plan = scope.plan("hadec:60,-10")
         for axis in plan.json["axes"]:
             speeds = [press["speed"] for press in axis["key_presses"]]
