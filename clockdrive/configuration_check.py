@@ -155,6 +155,8 @@ def contradictions(facts: Facts) -> Iterator[Finding]:
         )
     if facts["drive.kind"] == "apo":
         yield from _lines(facts)
+    if facts["drive.kind"] == "awr":
+        yield from _factory(facts)
     if facts["drive.kind"] == "tc410":
         yield from _fan(facts)
         for section in ("axis1", "axis2"):
@@ -188,6 +190,22 @@ def _lines(facts: Facts) -> Iterator[Finding]:
             yield (name, first), f"{name} = {link} is {first} too: each axis has a line of its own"
     if "sim:" in given.values() and set(given.values()) != {"sim:"}:
         yield tuple(given), f"{', '.join(given)}: some are sim:, others not; the simulator is all axes or none"
+
+
+_FACTORY = {
+    "drive.sidereal_steps_per_s": "RA motor steps a second at sidereal rate, printed on the calibration sheet that "
+    "AWR supplies with the drive box",
+    "axis2.steps_per_degree": "Dec motor steps a degree, steps of the motor times microsteps times gear ratio / 360, "
+    "as the calibration sheet of AWR has them",
+}
+
+
+def _factory(facts: Facts) -> Iterator[Finding]:
+    """What only the factory's sheet tells."""
+    for dotted, what in _FACTORY.items():
+        if facts.get(dotted) is None:
+            text = f"{dotted} is missing, and there is no default: the {what}; ask AWR for it with the serial number"
+            yield (dotted,), text
 
 
 def _fan(facts: Facts) -> Iterator[Finding]:

@@ -16,7 +16,7 @@ from clockdrive.cli.drive_command import drive
 from clockdrive.cli.fit_command import fit, model
 from clockdrive.cli.pointing_run_command import pointing_run
 from clockdrive.cli.polar_align_command import polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
+from clockdrive.configuration_keys import DRIVE_KINDS
 from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
@@ -270,13 +270,11 @@ def init(args: argparse.Namespace) -> None:
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
     if args.kind not in {None, _READABLE} and args.unit is not None:
-        why = "it has no registers to read them from" if args.kind in DRIVEN else NO_OTHER_DRIVE
+        why = "it has no registers to read them from"
         raise InputError(
             f"init {args.kind} --from {args.unit}: {why}; `clockdrive init {args.kind}` writes the keys of the "
             f"{args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
         )
-    if args.kind is not None and args.kind not in DRIVEN:
-        print(f"clockdrive: {NO_OTHER_DRIVE}; `config check` will say the same of this file", file=sys.stderr)
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")
     if args.unit is not None:

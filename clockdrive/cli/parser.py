@@ -10,7 +10,7 @@ from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
 from clockdrive.cli.pointing_run_command import add_pointing_run
 from clockdrive.cli.polar_align_command import add_polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, ROTATOR_MODES
+from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
@@ -156,7 +156,7 @@ def _serving(add: Adder) -> None:
     add_drive(add)
     add_commission(add)
     simulate = add("simulate", "host a drive simulator")
-    simulate.add_argument("kind", choices=DRIVEN)
+    simulate.add_argument("kind", choices=DRIVE_KINDS)
     simulate.add_argument(
         "--listen",
         default="tcp://127.0.0.1:10001",

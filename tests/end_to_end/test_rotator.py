@@ -1,5 +1,6 @@
 """A telescope with a rotator from command to sky: a second star 1° off the axis stays where it is in the field."""
 
+import math
 import os
 from datetime import datetime
 

@@ -1,0 +1,293 @@
+"""Stages of a goto carried out: keys pressed and released at their times, and what their events tell.
+
+Between two looks a key may be held; within half a second of its release the look lasts until that. A motion whose
+beginning or end is not told in time makes the position unknown, and an axis that moves with no key of ours pressed is
+released at once.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mounts.awr import commands
+from mounts.awr.axis import AwrAxis
+from mounts.awr.beside import Beside
+from mounts.awr.cascade import Press, Stage
+from mounts.awr.commands import Speed
+from mounts.awr.messages import Event, Moving
+from mounts.awr.punctuality import Punctuality
+from mounts.awr.uncertainty import Jitter
+from mounts.awr.unit import Happened, Unit
+from mounts.errors import DriveError, DriveRefused
+from transports.errors import NoAnswer, TransportError
+
+SOON_S = 0.6  # before a release from which on a look lasts until it
+_TOLD_S = 0.25  # after its time in which an event must have come
+_LEARNT = 0.2  # weight of a new delay among the old ones
+_USUAL_S = 0.02  # from hearing a key to its acting
+_LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
+LOST = (
+    "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
+    "known star"
+)
+FOREIGN = (
+    "axis {} moved with no key of this program pressed: the hand box, or a garbled command; its keys were released. "
+    "`sync` on a known star"
+)
+
+
+@dataclass
+class _Held:
+    """A key of a stage."""
+
+    press: Press
+    pressed: float = math.nan  # POSIX seconds at which it was heard
+    released: float = math.nan
+    began: Happened | None = None
+
+
+class Holding:
+    """The keys of one unit.
+
+    Parameters
+    ----------
+    unit : Unit
+        The unit.
+    beside : Beside
+        Who stands beside a key that is held.
+    axes : tuple of AwrAxis
+        What the keys move.
+    jitter : Jitter
+        By how much keys and events are off their times.
+    lose : callable
+        Told why the position is unknown.
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        beside: Beside,
+        axes: tuple[AwrAxis, AwrAxis],
+        jitter: Jitter,
+        lose: Callable[[str], None],
+    ) -> None:
+        self._unit = unit
+        self._beside = beside
+        self._axes = axes
+        self.punctuality = Punctuality(jitter)
+        """Whether keys and events are off their times by no more than that."""
+        self._lose = lose
+        self.speed: Speed | None = None
+        """The speed in force, where that is known."""
+        self.delay_s = _USUAL_S
+        """Seconds from hearing a key to its acting, as learnt."""
+        self._held: dict[int, _Held] = {}
+        self._due: list[tuple[float, int, bool]] = []
+        self.moving = (False, False)
+        """What the unit told last."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether a key is held, or its motion not over yet."""
+        return bool(self._held)
+
+    def slewing(self, axis: int) -> bool:
+        """Whether a key moves an axis."""
+        return axis in self._held
+
+    # A stage ---------------------------------------------------------------------------------------------------
+
+    def begin(self, stage: Stage) -> float:
+        """Choose its speed and press its first keys; return when the first one acts.
+
+        Raises
+        ------
+        DriveRefused, DriveError, TransportError
+            There is no dead-man process, or the unit does not obey.
+        """
+        self._beside.begin()
+        self.choose(stage.speed)
+        first = self._unit.now() + self._unit.key_s
+        self._due = [(first + at, axis, down) for at, axis, down in stage.commands]
+        self._held = {axis: _Held(press) for axis, press in enumerate(stage.presses) if press}
+        self.look(0.0)
+        return first + self.delay_s
+
+    def choose(self, speed: Speed) -> None:
+        """Have a speed in force."""
+        if self.speed != speed:
+            self.speed = None
+            self._unit.key(commands.SPEEDS[speed])
+            self.speed = speed
+
+    def look(self, soon_s: float = SOON_S) -> None:
+        """Press, release and listen until nothing is due within `soon_s`.
+
+        Raises
+        ------
+        DriveError, TransportError
+            The unit does not obey or answer; all keys were released, as far as it listens.
+        """
+        try:
+            while (until := self._until(soon_s)) is not None:
+                if self._due and self._due[0][0] <= until:
+                    self._do(*self._due.pop(0))
+                else:
+                    self._listen(until, lambda event: isinstance(event, Moving))
+                    self._overdue()
+        except (DriveError, TransportError):
+            self.let_go()
+            raise
+        self._listen(self._unit.now())
+
+    def _until(self, soon_s: float) -> float | None:
+        """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
+        soon = self._unit.now() + soon_s
+        dues = [due for due, _, _ in self._due[:1] if due <= soon]
+        for held in self._held.values():
+            if held.began is None and not math.isnan(held.pressed):
+                dues.append(held.pressed + self.delay_s + _TOLD_S)
+            elif not math.isnan(held.released) and self._ends(held) <= soon:
+                dues.append(self._ends(held) + _TOLD_S)
+        return min(dues, default=None)
+
+    def _overdue(self) -> None:
+        """What was not told in time is lost."""
+        now = self._unit.now()
+        for axis, held in list(self._held.items()):
+            if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
+                self._lost(axis, "began")
+            elif now >= self._ends(held) + _TOLD_S:
+                self._lost(axis, "ended")
+
+    def _do(self, due: float, axis: int, down: bool) -> None:
+        if not down:
+            self._beside.hasten()
+        self._listen(due - self._unit.key_s)
+        held = self._held.get(axis)
+        if held is None:
+            return
+        if down:
+            self._press(axis, held)
+        else:
+            held.released = self._unit.release((axis,))
+            if not any(not pressed for _, _, pressed in self._due):
+                self._beside.rest()
+        self._listen(self._unit.now())
+
+    def _press(self, axis: int, held: _Held) -> None:
+        body = commands.PRESSES[axis, held.press.sign]
+        heard = self._unit.now() + self._unit.key_s
+        try:
+            heard = self._unit.key(body)
+        except NoAnswer:
+            self._unit.listen(self._unit.now() + _LATEST_S)
+            if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
+                self._held.pop(axis)  # neither an answer nor a motion: it was not heard
+                self._due = [each for each in self._due if each[1] != axis]
+                self._unit.release((axis,))
+                return
+        held.pressed = heard
+        self._axes[axis].pressed(held.press, heard + self.delay_s)
+
+    def _ends(self, held: _Held) -> float:
+        """When a motion is over that was released."""
+        began = held.pressed + self.delay_s if held.began is None else held.began.time
+        hold = held.released + self.delay_s - began
+        return began + held.press.duration + max(0.0, hold - held.press.hold)
+
+    # What is told ----------------------------------------------------------------------------------------------
+
+    def _listen(self, until: float, enough: Callable[[Event], bool] = lambda _: False) -> None:
+        self._unit.listen(until, enough)
+        self.take(self._unit.events(Moving))
+
+    def take(self, happened: list[Happened]) -> None:
+        """Act on what the unit told of motion."""
+        for each in happened:
+            if isinstance(each.event, Moving):
+                self.moving = each.event.axes
+                for axis, moves in enumerate(each.event.axes):
+                    self._told(axis, each, moves=moves)
+
+    def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
+        held = self._held.get(axis)
+        if held is None:
+            if moves:
+                self._foreign(axis)
+        elif moves and held.began is None:
+            held.began = each
+            if not math.isnan(held.pressed):
+                self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
+                self._axes[axis].began(each.time)
+        elif not moves and held.began is not None:
+            duration, hold = each.time - held.began.time, held.press.hold
+            if not math.isnan(held.released):
+                hold = held.released - held.pressed
+                self.punctuality.heard(held.press, hold, duration)
+            way = held.press.measured(self.punctuality.jitter, duration, hold)
+            doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
+            self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
+            del self._held[axis]
+        elif not moves and each.time > held.released + self.delay_s + _LATEST_S:
+            self._lost(axis, "began")
+
+    def _lost(self, axis: int, what: str) -> None:
+        held = self._held.pop(axis)
+        self._due = [each for each in self._due if each[1] != axis]
+        self._unit.release((axis,))
+        now = self._unit.now()
+        here = self._axes[axis].at(now)
+        most = abs(held.press.key.rate) * (held.press.duration + _TOLD_S)
+        self._axes[axis].known(here.counts, now, here.uncertainty + most)
+        self._lose(LOST.format(axis + 1, what))
+
+    def _foreign(self, axis: int) -> None:
+        """Something else moves an axis."""
+        self._lose(FOREIGN.format(axis + 1))
+        self._unit.release((axis,))
+
+    # Letting go ------------------------------------------------------------------------------------------------
+
+    def let_go(self) -> None:
+        """Release all keys, whatever was planned, as far as the unit listens; what moved is lost track of."""
+        self._due.clear()
+        try:
+            self._unit.release()
+            self._beside.rest()
+        finally:
+            for axis, held in list(self._held.items()):
+                if math.isnan(held.pressed):
+                    del self._held[axis]
+                else:
+                    held.released = min(held.released, self._unit.now())
+
+    def halt(self) -> None:
+        """Release all keys and wait until their motions have ended.
+
+        Raises
+        ------
+        DriveError, TransportError
+            The unit does not answer.
+        """
+        now = self._unit.now()
+        self.let_go()
+        for axis, held in self._held.items():
+            held.released = now if math.isnan(held.released) else held.released
+            began = now if held.began is None else held.began.time
+            short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
+            held.press = short
+            self._axes[axis].press = short
+        self.look(math.inf)
+
+    def require_hearing(self) -> None:
+        """The dead-man process lives, and no key is refused.
+
+        Raises
+        ------
+        DriveRefused
+            It does not; all keys were released.
+        """
+        if fate := self._beside.fate:
+            self.let_go()
+            raise DriveRefused(f"the keys were released: {fate}")
