@@ -65,7 +65,7 @@ class AvrBoxDrive:
             for i, law in enumerate(laws(settings.slew_table))
         )
         self.axes = (one, two)
-        self.supervision = Supervision(box, self.axes, kept.unsynchronised, kept.time)
+        self.supervision = Supervision(box, self.axes, self._ticks, kept.unsynchronised, kept.time)
         self._watch = TickWatch(box, self._ticks, self.axes)
         self._moves = Moves(box, settings, self.supervision, self._watch, lambda: remember(self.memory))
         self._slews = Slews(box, self.axes, self._moves)
@@ -142,14 +142,17 @@ class AvrBoxDrive:
             Nothing answers, or nothing that is a stepper box.
         """
         self._watch.see_a_tick()
-        names = ("ra_guiding", "dec_guiding", *(("pec",) if self._settings.pec else ()))
-        self._box.send(commands.flags(*names))
+        self._write_flags(pec=self._settings.pec)
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
         self._resting |= make_safe
         self._unattended(time)
         self.supervision.found()
         return self._reading()
+
+    def _write_flags(self, *, pec: bool) -> None:
+        """A box that was switched on has them otherwise, and cannot be asked for them."""
+        self._box.send(commands.flags("ra_guiding", "dec_guiding", *(("pec",) if pec else ())))
 
     def _unattended(self, time: float) -> None:
         """While nobody looked it tracked on: how far, and how surely."""
@@ -253,6 +256,7 @@ class AvrBoxDrive:
             ahead = axis.at(now).rate * (now - time)
             axis.known(here + ahead, now, 0.5)
         self.supervision.synchronised()
+        self._write_flags(pec=self._settings.pec)
 
     def stop(self, time: float) -> None:
         """Send no further piece, and hold axis 1 from then on where `follow` says.
