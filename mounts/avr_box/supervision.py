@@ -92,6 +92,8 @@ class Supervision:
         self._looked = since
         self._runaways: list[Runaway] = []  # which no move of 5′ ended
         self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
+        self._unplaced: Told | None = None  # what the encoders said last while nobody knew where the axes are
+        self._running_since = [math.inf, math.inf]  # POSIX seconds, likewise
         self._sound = 0  # damages of the line when the position was last given
 
     @property
@@ -125,7 +127,10 @@ class Supervision:
         told = self._box.ask(commands.ASK_ENCODERS)
         if self._runaways:
             self._end(self._runaways)
-        if self.unsynchronised or self.on_trial:
+        if self.on_trial:
+            return
+        if self.unsynchronised:
+            self._guard(told)
             return
         self._tie(told)
         self.moved_by = ()
@@ -138,6 +143,26 @@ class Supervision:
         else:
             self._box.damaged += 1
             self._agreed(told)
+
+    def _guard(self, told: Told) -> None:
+        """End what runs for longer than a hand controller lets it, though nobody knows where the axes are."""
+        before, self._unplaced = self._unplaced, told
+        if before is None or told.middle - before.middle > _BY_HAND_S:
+            self._running_since = [math.inf, math.inf]
+            return
+        running = []
+        for axis in self._axes:
+            encoder, i = axis.encoder, axis.index
+            if encoder is None:
+                return
+            passed = told.middle - before.middle
+            made = (told.pair[i] - before.pair[i]) * encoder.steps_per_count - axis.own_rate * passed
+            runs = abs(made) > max(RUNS_COUNTS, RUNS_COUNTS * passed / AGAIN_S) * encoder.step
+            self._running_since[i] = min(self._running_since[i], before.middle) if runs else math.inf
+            if told.middle - self._running_since[i] > _BY_HAND_S:
+                running.append(Runaway(axis, encoder, made > 0.0))
+        if running:
+            self._end(running)
 
     def suspect(self) -> None:
         """The box was silent after a move: see whether it runs."""
@@ -323,6 +348,7 @@ class Supervision:
         return fresh and self._ticks.is_elsewhere(pec.pair.one, pec.middle)
 
     def _lose(self, why: str) -> None:
+        self._abandon()
         self.unsynchronised = why
         self._note(why)
 

@@ -1,5 +1,6 @@
 """Bytes lost, doubled and garbled on the way to the box and back: what then moves, and what the driver says of it."""
 
+import math
 import os
 import random
 from collections import Counter
@@ -184,7 +185,7 @@ class Campaign:
         bench.box.advance(reading.time)
         for i, axis in enumerate(reading.axes):
             off = abs(axis.counts - bench.box.true_position(i + 1))
-            self.ratio = max(self.ratio, off / axis.uncertainty_counts)
+            self.ratio = max(self.ratio, off / (axis.uncertainty_counts or math.inf))
             if off > axis.uncertainty_counts:
                 self.wrong.append((seed, i, off, axis.uncertainty_counts))
 
