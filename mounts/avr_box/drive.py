@@ -310,6 +310,15 @@ class AvrBoxDrive:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
 
+    def begin_trial(self) -> None:
+        """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
+        self.supervision.on_trial = True
+        self._write_flags(pec=False)
+
+    def guide_trial(self, ticks: int) -> float:
+        """Send `+`, and return for how many seconds it makes axis 1 faster."""
+        return self._tracker.guide_for(ticks)
+
     def send_trial(self, index: int, half: int, *, falling: bool) -> int:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
@@ -319,6 +328,8 @@ class AvrBoxDrive:
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""
+        if self.supervision.on_trial:
+            self._write_flags(pec=self._settings.pec)
         self.supervision.resumed()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002
