@@ -94,6 +94,7 @@ class AwrDrive:
         self._cascade: Cascade | None = None
         self._stages = 0
         self._course: list[Stage] = []
+        self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._jogging = False
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
@@ -269,6 +270,12 @@ class AwrDrive:
         self._take_events()
         if self.supervision.was_reset:
             self._began_anew()
+        if (self.supervision.unsynchronised or self.supervision.stopped) and (
+            self._aims is not None or self.keys.busy
+        ):
+            self._give_up()
+        if self._doubts and not self.keys.busy:
+            self._resolve()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
@@ -352,7 +359,11 @@ class AwrDrive:
         self._aimed = time
         self._remember(self.memory)
         began = self.unit.now() + self.exchange_s + self.keys.delay_s
-        self._go_on()
+        try:
+            self._go_on()
+        except (DriveError, TransportError):
+            self._aims = None
+            raise
         return began
 
     def _errors(self, time: float) -> Errors:
@@ -367,10 +378,7 @@ class AwrDrive:
 
     def _go_on(self) -> None:
         """Begin the next stage, as long as a stage ends within this look."""
-        while self._aims is not None and not self.keys.busy:
-            if self.supervision.unsynchronised or self.supervision.stopped:
-                self._give_up()
-                return
+        while self._aims is not None and not self.keys.busy and not self.supervision.unsynchronised:
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
                 turned = self.axes[0].turned, self.axes[1].turned
@@ -424,8 +432,28 @@ class AwrDrive:
         """Have a drive go at the rate nearest to one that its words can make."""
         speeds = self.words.speeds
         usual = Flags.of(self.words.lasting[BY_NAME[f"{DRIVES[axis.index]}_flags"].address]).postscaler
-        words = speeds.words_for(rate, usual)
-        axis.drives_at(speeds.of(words), self.words.drive_at(axis.index, words))
+        self._written(axis, speeds.words_for(rate, usual))
+
+    def _written(self, axis: AwrAxis, words: RateWords) -> None:
+        """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
+        new, asked = self.words.speeds.of(words), self.unit.now()
+        try:
+            axis.drives_at(new, self.words.drive_at(axis.index, words))
+        except (TransportError, DriveError):
+            self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
+            raise
+
+    def _resolve(self) -> None:
+        """Read the words of drives that are in doubt; how far their axes may have gone meanwhile is uncertain."""
+        for index, (since, rates) in list(self._doubts.items()):
+            axis = self.axes[index]
+            self.words.read_drive(index)
+            actual, now = self.words.speeds.drives[index], self.unit.now()
+            spread = (max(*rates, actual) - min(*rates, actual)) * (now - since)
+            here = axis.at(now)
+            axis.known(here.counts, now, here.uncertainty + spread)
+            axis.drives_at(actual, now)
+            del self._doubts[index]
 
     def _rest(self) -> None:
         """Switch both drives off."""
@@ -433,7 +461,7 @@ class AwrDrive:
         for axis in self.axes:
             flags = Flags.of(self.words.drive_flags(axis.index))._replace(enable=False)
             counts = self.words.ram[BY_NAME[f"{DRIVES[axis.index]}_counts"].address]
-            axis.drives_at(0.0, self.words.drive_at(axis.index, RateWords(counts, flags)))
+            self._written(axis, RateWords(counts, flags))
 
     # At a speed ------------------------------------------------------------------------------------------------
 

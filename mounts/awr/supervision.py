@@ -109,8 +109,8 @@ class Supervision:
             self.note("the override was lifted; the axes go on at their drive rates")
 
     def lose(self, why: str) -> None:
-        """The position is unknown from now on."""
-        self.unsynchronised = why
+        """The position is unknown from now on, for the first reason that there was."""
+        self.unsynchronised = self.unsynchronised or why
         self.note(why)
 
     def synchronised(self) -> None:

@@ -112,6 +112,13 @@ class Words:
                 heard = self.soft_write(register, value)
         return heard
 
+    def read_drive(self, axis: int) -> None:
+        """Read the words of a drive that are in force, as far as the unit tells them."""
+        for address in _DRIVES[2 * axis : 2 * axis + 2]:
+            value = self._unit.read(address | RAM) if self.tells_ram else None
+            if value is not None:
+                self.ram[address] = value
+
     def drive_flags(self, axis: int) -> int:
         """The flags in force of a drive."""
         return self.ram.get(BY_NAME[f"{DRIVES[axis]}_flags"].address, 0)
