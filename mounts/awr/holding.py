@@ -14,7 +14,7 @@ from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
-from mounts.awr.messages import Event, Moving
+from mounts.awr.messages import Backlash, Event, Moving
 from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Unit
@@ -25,6 +25,7 @@ SOON_S = 0.6  # before a release from which on a look lasts until it
 _TOLD_S = 0.25  # after its time in which an event must have come
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
+_INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
 _LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
@@ -231,6 +232,8 @@ class Holding:
 
     def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
         held = self._held.get(axis)
+        if held is not None:
+            each = self._when(axis, held.press, each, moves=moves)
         if held is None:
             if moves:
                 self._foreign(axis)
@@ -257,6 +260,22 @@ class Holding:
             del self._held[axis]
         elif not moves and each.time > held.released + self.delay_s + _LATEST_S:
             self._lost(axis, "began")
+
+    def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:
+        """An event that may have waited for the line, at the moment that a blip of its axis tells where there is one.
+
+        A blip is where the motor turns round: after the drive's rate is braked as a motion begins, before it is taken
+        up again as it ends.
+        """
+        if not each.early_s:
+            return each
+        since, turning = each.time - each.early_s, abs(self._axes[axis].rate) / press.key.acceleration
+        for blip in self._unit.peek():
+            mine = isinstance(blip.event, Backlash) and blip.event.axis == axis
+            if mine and since - _INSTANT_S <= blip.time <= each.time:
+                at = blip.time + (-turning if moves else turning)
+                return Happened(each.event, min(max(at, since), each.time), blip.early_s)
+        return each
 
     def _lost(self, axis: int, what: str, why: str = "") -> None:
         held = self._held.pop(axis)
