@@ -5,6 +5,7 @@ Whatever makes its position doubtful makes it unsynchronised, with the reason, u
 
 from collections.abc import Callable
 
+from mounts.awr.commands import RELAYS
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Override
 from mounts.awr.registers import Register
 from mounts.awr.unit import Happened
@@ -51,6 +52,8 @@ class Supervision:
         """It began anew, and nobody has looked at its words since."""
         self.index = index
         """When the worm of axis 1 passed its index last, and where the axis was."""
+        self.relays = 0
+        """Those that are on, bit by bit."""
         self.lines: Lines | None = None
         self.backlash: tuple[bool | None, bool | None] = (None, None)
         """The sense in which the play of each axis was taken up last."""
@@ -61,8 +64,9 @@ class Supervision:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was seen, the newest last."""
-        return tuple(self._notes)
+        """What was seen, the newest last, and which relays are on."""
+        on = [str(number) for number in RELAYS if self.relays >> number - 1 & 1]
+        return (*self._notes, *((f"relays on: {', '.join(on)}",) if on else ()))
 
     @property
     def alarms(self) -> tuple[str, ...]:
