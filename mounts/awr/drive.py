@@ -180,6 +180,10 @@ class AwrDrive:
         """What a person should know."""
         return (*self._own_notes, *self.supervision.notes)
 
+    def told(self) -> tuple[str, ...]:
+        """What the unit told since this was asked last, for the event log."""
+        return self.supervision.told()
+
     # Connecting ------------------------------------------------------------------------------------------------
 
     def connect(self, time: float, *, make_safe: bool) -> Reading:

@@ -60,6 +60,7 @@ class Supervision:
         self._place = place
         self._last_rate = last_rate
         self._notes: list[str] = []
+        self._untold: list[str] = []
         self._fault = ""
 
     @property
@@ -72,6 +73,11 @@ class Supervision:
     def alarms(self) -> tuple[str, ...]:
         """What stands."""
         return (self._fault,) if self._fault else ()
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since this was asked last."""
+        told, self._untold = tuple(self._untold), []
+        return told
 
     def take(self, happened: list[Happened]) -> None:
         """Act on what the unit told."""
@@ -127,6 +133,7 @@ class Supervision:
 
     def note(self, text: str) -> None:
         """What a person should know."""
+        self._untold.append(text)
         if text in self._notes:
             self._notes.remove(text)
         self._notes = [*self._notes[-(_NOTES - 1) :], text]
