@@ -11,15 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
+from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.holding import Holding
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
-from mounts.awr.registers import BY_NAME, Flags
+from mounts.awr.registers import BY_NAME, Flags, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
@@ -31,7 +33,9 @@ from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from pointing.plan import Leading
 from transports.errors import TransportError
 
-_AXES = (0, 1)
+if TYPE_CHECKING:
+    from mounts.awr.commands import Speed
+
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
 _COOKIE_EVERY_S = 10.0
@@ -86,6 +90,7 @@ class AwrDrive:
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
             self.keys.delay_s = kept.delay_s
+        self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -183,6 +188,10 @@ class AwrDrive:
         late = self.keys.punctuality.note
         return (*self._own_notes, *self.supervision.notes, *((late,) if late else ()))
 
+    def told(self) -> tuple[str, ...]:
+        """What the unit told since this was asked last, for the event log."""
+        return self.supervision.told()
+
     # Connecting ------------------------------------------------------------------------------------------------
 
     def connect(self, time: float, *, make_safe: bool) -> Reading:
@@ -203,9 +212,7 @@ class AwrDrive:
             axis.drives_at(rate, time)
         if make_safe:
             self._rest()
-        status = self.unit.status()
-        if status is not None and status.override:
-            self.supervision.take([Happened(Override(stopped=True), time)])
+        self._ask_status(time)
         self._take_events()
         self.__dict__.pop("_ladder", None)
         self._slow_down(self._usual[1])
@@ -213,6 +220,15 @@ class AwrDrive:
         self._cookie_asked = self.unit.now()
         self._warn_of_words()
         return self._reading()
+
+    def _ask_status(self, time: float) -> None:
+        """Relays and override, of a firmware that tells them."""
+        status = self.unit.status()
+        if status is None:
+            return
+        self.supervision.relays = status.relays
+        if status.override != self.supervision.stopped:
+            self.supervision.take([Happened(Override(stopped=status.override), time)])
 
     def _check_past(self, time: float) -> None:
         """Whether the unit is as it was left."""
@@ -279,6 +295,7 @@ class AwrDrive:
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
+            self._ask_status(self.unit.now())
         return self._reading()
 
     def _take_events(self) -> None:
@@ -555,6 +572,91 @@ class AwrDrive:
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows
+
+    # In a person's hands ---------------------------------------------------------------------------------------
+
+    def soft_write(self, name: str, value: int) -> str:
+        """Write a word in RAM; return what it was, as a person reads it.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is no such register, or it is never written so; the unit does not hold it.
+        """
+        register = by_name(name)
+        before = shown(register, self.words.ram.get(register.address, 0))
+        self.hand.set_word(register, value)
+        self._words_changed()
+        return before
+
+    def commit(self) -> tuple[str, ...]:
+        """Have what a person wrote kept for good; return the names of the words.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            Nothing was written; the unit does not do it.
+        """
+        names = self.hand.commit()
+        self._words_changed()
+        return names
+
+    def discard(self) -> None:
+        """Have soft writes forgotten: the drives go as the non-volatile words say, and are stopped at once.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            The unit does not do it.
+        """
+        rested = self._resting or not any(axis.rate for axis in self.axes)
+        self.hand.discard()
+        self._words_changed()
+        if rested:
+            self._rest()
+        self.supervision.rates_are_sound()
+        self._cookie = self.words.bake()
+
+    def switch_relay(self, number: int, *, on: bool) -> None:
+        """Switch a relay.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is none; the unit does not do it.
+        """
+        self.hand.relay(number, on=on)
+        bit = 1 << number - 1
+        self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
+
+    def press(self, name: str, speed: str, seconds: float) -> None:
+        """Hold a key for a time.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            There is no such key or speed; there is no dead-man process, or the unit does not obey.
+        """
+        ladder = self.words.speeds.ladder(self.exchange_s)
+        self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+
+    def differing(self) -> dict[str, tuple[int, int]]:
+        """Words that RAM holds otherwise than the non-volatile memory: this and that.
+
+        Raises
+        ------
+        TransportError
+            The unit does not answer.
+        """
+        self.words.read()
+        return self.words.differing()
+
+    def _words_changed(self) -> None:
+        """The drives go as the words say now."""
+        self.__dict__.pop("_ladder", None)
+        now = self.unit.now()
+        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
+            axis.drives_at(rate, now)
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""

@@ -223,12 +223,20 @@ class Holding:
         """Act on what the unit told of motion."""
         for each in happened:
             if isinstance(each.event, Moving):
-                axis, until = self._suspect
-                if each.event.axes == self.moving and each.time < until:  # between the two was one that is lost
-                    self._lose(LOST.format(axis + 1, "began"))
-                self.moving = each.event.axes
+                self._compare(each)
                 for axis, moves in enumerate(each.event.axes):
                     self._told(axis, each, moves=moves)
+
+    def _compare(self, each: Happened) -> None:
+        """Each change is told by an event of its own: one that tells of two, or of none, shows that one was lost."""
+        assert isinstance(each.event, Moving)  # noqa: S101 - as whoever calls has seen
+        changed = [axis for axis in (0, 1) if each.event.axes[axis] != self.moving[axis]]
+        suspected, until = self._suspect
+        if len(changed) > 1 and self._held:
+            self._lose(LOST.format(changed[0] + 1, "began" if each.event.axes[0] else "ended"))
+        elif not changed and each.time < until:
+            self._lose(LOST.format(suspected + 1, "began"))
+        self.moving = each.event.axes
 
     def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
         held = self._held.get(axis)

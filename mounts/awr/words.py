@@ -39,7 +39,7 @@ class Words:
         """The rate register that was written last."""
 
     def read(self) -> None:
-        """Read all words, of RAM those on which motion and rest depend.
+        """Read all words, the non-volatile ones and those in RAM.
 
         Raises
         ------
@@ -48,7 +48,7 @@ class Words:
         """
         self.lasting = self._unit.read_all()
         known, self.ram = self.ram, dict(self.lasting)
-        for address in (*_DRIVES, *_SLEWS, _COOKIE.address):
+        for address in (register.address for register in REGISTERS if register.writable):
             value = self._unit.read(address | RAM)
             self.tells_ram = value is not None
             if value is None:
