@@ -151,6 +151,7 @@ class Holding:
         except (DriveError, TransportError):
             self.let_go()
             raise
+        self._beside.calm()
         self._listen(self._unit.now())
 
     def _unheard(self, axis: int) -> None:
