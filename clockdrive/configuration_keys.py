@@ -248,6 +248,8 @@ _DRIVE = (
     Key("drive", "stow", "flag", default=False,
         meaning="`park` ends with the controllers' own stow, `P`, within a degree of park_deg", drives=_NODES),
     Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 4, 1000, drives=_NODES),
+    Key("drive", "timeout_s", "number", 0.5, "in which a controller must answer, beside the line's own time", "s",
+        0.1, 2.0, drives=_NODES),
     Key("drive", "axis_select", "text", "prefix",
         "how an axis is named on the shared line: by a word before each command, or on a line of its own",
         choices=("prefix", "line"), drives=_SDSS),

@@ -8,6 +8,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
@@ -20,7 +21,7 @@ from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading, Telling
-from mounts.errors import DriveError
+from mounts.errors import DriveError, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -104,6 +105,7 @@ class Session:
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
         self._must_stop = False
+        self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
@@ -247,6 +249,10 @@ class Session:
         except TransportError as error:
             self._link_lost(error)
             return None
+        except Unsynchronised as error:  # what was read before may be as wrong
+            if self.reading is not None:
+                self.reading = replace(self.reading, unsynchronised=str(error))
+            raise
         if self.link_lost_since is not None:
             self.note("link", f"the link is back after {reading.time - self.link_lost_since:.1f} s")
             self.link_lost_since = None
@@ -346,7 +352,7 @@ class Session:
         except (DriveError, TransportError) as error:
             if not self._must_stop:
                 self.note("stop failed", f"{error}; tried again and again; the drive's own switch stops it as well")
-            self._must_stop = True
+            self._must_stop, self._unstopped_because = True, str(error)
         else:
             self._must_stop = False
 
@@ -479,7 +485,7 @@ class Session:
         if self._must_stop:
             self._try_to_stop()
         if self._must_stop:
-            raise Refused("the telescope could not be stopped yet, the drive does not answer; check its link")
+            raise Refused(f"the telescope could not be stopped yet: {self._unstopped_because}")
         if self.doing in MOVING:
             raise Refused(f"the telescope is {self.doing}; wait for it, or `stop` first")
         if self.store.parked() and not parked:

@@ -5,8 +5,10 @@ Independent of the planner: no closed form of a press, the speed is followed fro
 
 import math
 import random
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from mounts.awr.cascade import Stage
 from mounts.awr.commands import Speed
 from mounts.awr.ladder import Ladder, Rung
 from mounts.awr.uncertainty import Jitter
@@ -106,3 +108,75 @@ class TrueUnit:
         """Where an axis is at a time at which it goes with its drive."""
         true = self.axes[axis]
         return true.steps + true.drive * (time - true.time)
+
+
+Next = Callable[[tuple[float, float], Speed | None], Stage | None]
+
+
+@dataclass
+class Goto:
+    """A goto as it truly went.
+
+    Attributes
+    ----------
+    seconds : float
+        Until it was known that the target is reached.
+    stages : list of Stage
+        As they were planned.
+    left : tuple of float
+        Steps that each axis still has to go by what is known.
+    sigmas : tuple of float
+        RMS of what is unknown of that, as stated.
+    true : tuple of float
+        Steps that each axis truly has to go.
+    """
+
+    seconds: float
+    stages: list[Stage]
+    left: tuple[float, float]
+    sigmas: tuple[float, float]
+    true: tuple[float, float]
+
+    def worst(self, steps: tuple[float, float]) -> float:
+        """Both axes' error together, in guide steps."""
+        return math.hypot(self.true[0] / steps[0], self.true[1] / steps[1])
+
+
+def went(
+    ladder: Ladder, plan: Next, unit: TrueUnit, ways: tuple[float, float], drifts: tuple[float, float] = (0.0, 0.0)
+) -> Goto:
+    """Carry out what `plan` says for what is left, stage by stage, until it says nothing."""
+    time, speed, stages = 0.0, None, list[Stage]()
+    made, variance = [0.0, 0.0], [0.0, 0.0]
+
+    def left(now: float, known: Sequence[float]) -> tuple[float, float]:
+        one, two = (way + drift * now - here for way, drift, here in zip(ways, drifts, known, strict=True))
+        return one, two
+
+    while stage := plan(left(time, made), speed):
+        begin = time + (0.0 if stage.speed == speed else ladder.exchange_s)
+        speed, ends = stage.speed, []
+        for axis, press in enumerate(stage.presses):
+            if press is None:
+                continue
+            rate = unit.drives[axis] + press.key.rate
+            moved = unit.press(axis, rate, begin + press.begin, press.hold)
+            way = press.measured(ladder.jitter, moved)
+            made[axis] += way.steps
+            variance[axis] += way.sigma**2
+            ends.append(unit.axes[axis].time)
+        time = max(ends) + ladder.notice_s
+        stages.append(stage)
+    true = [unit.at(axis, time) - unit.drives[axis] * time for axis in range(2)]
+    return Goto(
+        time, stages, left(time, made), (math.sqrt(variance[0]), math.sqrt(variance[1])), left(time, true)
+    )  # fmt: skip
+
+
+def random_ways(rng: random.Random, least_deg: float = 0.01, most_deg: float = 120.0) -> tuple[float, float]:
+    """Ways of both axes, motor steps, evenly spread in their logarithm."""
+    spread = math.log(least_deg), math.log(most_deg)
+    one, two = (
+        rng.choice((-1.0, 1.0)) * math.exp(rng.uniform(*spread)) * 3600.0 / STEP_ARCSEC for _ in range(2)
+    )  # fmt: skip
+    return one, two

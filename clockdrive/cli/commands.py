@@ -76,6 +76,8 @@ def goto(args: argparse.Namespace) -> None:
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         if leave and not telescope.attached:
             _require_left(telescope.call("plan", target=_target(args), **wishes))
+        if leave and not telescope.tracks_alone:
+            print(f"clockdrive: {_STOPS}", file=sys.stderr, flush=True)
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args), **wishes)
         if not args.json:
@@ -84,7 +86,13 @@ def goto(args: argparse.Namespace) -> None:
         if stay or not (leave or telescope.attached):
             _track(telescope, seconds, quiet=args.json)
         if args.json:
-            display.as_json(answer)
+            display.as_json(answer | {"goes_on_tracking": leave and telescope.tracks_alone})
+
+
+_STOPS = (
+    "this drive does not track by itself: the telescope is stopped on arrival; say `--for TIME`, or have `clockdrive "
+    "run` in another terminal go on with it"
+)
 
 
 def _require_left(plan: Mapping[str, Any]) -> None:
@@ -135,9 +143,15 @@ def simple(args: argparse.Namespace) -> None:
 
 
 def sync(args: argparse.Namespace) -> None:
-    """Synchronise on a target."""
+    """Synchronise on a target, or the rotator alone."""
+    angles = {"rotator_angle_deg": args.rotator_angle, "position_angle_deg": args.position_angle}
+    if bool(args.target) is any(angle is not None for angle in angles.values()):
+        raise InputError(
+            "sync: give a target for the axes, or `--rotator-angle DEG` or `--position-angle DEG` for the rotator; "
+            "one at a time"
+        )
     with backend(args.config, "sync", keep_tracking=True) as telescope:
-        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force)
+        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force, **angles)
     _show(args, answer, lambda found: f"synchronised {found['noted']}")
 
 

@@ -98,6 +98,11 @@ class ControlledAxis:
         """All that stands: what is latched and what was seen last."""
         return self.latched if self.sight is None else self.latched | self.sight.word
 
+    @property
+    def is_anothers(self) -> bool:
+        """Whether it was last seen with the semaphore in somebody else's hands: it takes no moves from this host."""
+        return self.sight is not None and self.sight.word.has("semaphore_taken")
+
     # Asking ----------------------------------------------------------------------------------------------------
 
     def look(self) -> Sight:
@@ -209,7 +214,7 @@ class ControlledAxis:
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
         if self._raw is not None and not self._raw.clock_is_set:
-            return f"{self.name}: the controller's clock is not set; set it, then INIT"
+            return f"{self.name}: the controller's clock is not set; {self._sets_it}, then INIT"
         off = self.offset.value
         if abs(off) <= tai.LARGEST_OFFSET_S:
             return ""
@@ -217,8 +222,12 @@ class ControlledAxis:
         scale = f", as if it kept {kept} instead of TAI" if kept else ""
         return (
             f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {tai.LARGEST_OFFSET_S:g} s; "
-            "set it, and check the host's own clock"
+            f"{self._sets_it}, and check the host's own clock"
         )
+
+    @property
+    def _sets_it(self) -> str:
+        return "`drive set-time` sets it" if self.latched.kind == "sdss" else "set it"
 
     def require_clock(self) -> None:
         """Refuse a controller whose clock is too far off.

@@ -10,7 +10,6 @@ from mounts.apo.replies import Reply
 SETS_POSITION = frozenset({"SET.POSITION", "ZERO", "CORRECT"})
 MOVES = frozenset({"MOVE", "+MOVE", "DRIFT", "P", "+", "-"})
 _BEYOND = "it moves the axis by no plan: only the controller's own limits bound it, not horizon and Sun"
-BY_HAND = "{}: its position was changed by hand; `sync` on a target"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ path, contain; a larger one is a new meeting.
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from math import copysign
 
 from mounts.apo.axis import ControlledAxis
@@ -87,7 +87,7 @@ class Follower:
             An axis did not answer, the others were served all the same.
         """
         changed, self._path, self._rates = path is not self._path, path, None
-        led = range(min(len(self._axes), len(path.at(time))))  # a rotator may have no way of its own
+        led = range(min(len(self._axes), path.axes))  # a rotator may have no way of its own
         return self._served([partial(self._follow, i, path, time, changed=changed) for i in led])
 
     def keep_moving(self, rates: Sequence[float], time: float) -> float:
@@ -109,17 +109,16 @@ class Follower:
 
     def _follow(self, i: int, path: AxisPath, time: float, *, changed: bool) -> None:
         axis = self._axes[i]
-
-        def where(when: float) -> tuple[float, float]:
-            return path.at(when)[i]
-
         if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
             return
+        where = cache(partial(path.axis_at, i))  # nodes and their intervals are asked of it at the same times
+        until = time + AHEAD_S
         if self._must_meet(axis, i, time) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
             self._doubtful[i], axis.clock_stepped = False, False
-        self._fill(i, where, time, time + AHEAD_S, lambda when: interval_s(where, when))
+            until = max(until, self._given[i] + AHEAD_S)  # a slow line has the other axes to serve after it
+        self._fill(i, where, time, until, lambda when: interval_s(where, when))
 
     def _must_meet(self, axis: ControlledAxis, i: int, time: float) -> bool:
         """Whether no node can follow those given: they are in doubt, or run dry before one is there."""
@@ -127,11 +126,11 @@ class Follower:
 
     def _leads_over(self, axis: ControlledAxis, where: Where, time: float, *, changed: bool) -> bool:
         """Whether nodes of the path can follow those given, which are displaced where that is enough."""
-        ahead = axis.queue.ahead(time)
-        off = [where(node.time)[0] - node.position for node in (ahead[0], ahead[len(ahead) // 2], ahead[-1])]
-        shift = off[-1]
         if not changed:
-            return abs(shift) <= _BLENDED_DEG
+            return axis.queue.ends >= time + AHEAD_S or abs(_off(axis.queue.last, where)) <= _BLENDED_DEG
+        ahead = axis.queue.ahead(time)
+        off = [_off(node, where) for node in (ahead[0], ahead[len(ahead) // 2], ahead[-1])]
+        shift = off[-1]
         if abs(shift) <= _SAME_DEG:
             return True
         if abs(shift) > _DISPLACED_DEG or max(off) - min(off) > _BLENDED_DEG * 0.05:
@@ -166,6 +165,11 @@ class Follower:
     def _line(self, i: int) -> Where:
         line = self._lines[i]
         return lambda when: (line.at(when), line.velocity)
+
+
+def _off(node: PathNode | None, where: Where) -> float:
+    """Degrees by which a path has left a node."""
+    return 0.0 if node is None else where(node.time)[0] - node.position
 
 
 def _require_possible(axis: AxisSettings, node: PathNode) -> None:

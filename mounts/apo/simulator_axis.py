@@ -212,9 +212,15 @@ class SimulatedController:
             self.clock.is_set = False
 
     def fail(self, name: str) -> None:
-        """Let a condition hold, by the name of its status bit; some of them halt the axis."""
-        self.conditions.add(name)
+        """Let a condition hold, by the name of its status bit; some of them halt the axis.
+
+        Raises
+        ------
+        KeyError
+            A controller of this kind has no such bit.
+        """
         self.sticky |= mask_of(name, self.kind) & sticky_mask(self.kind)
+        self.conditions.add(name)
         if name == "stop_button" or name in HALTING:
             self.servo.brake(abruptly=name == "stop_button")
             self.needs_init = True

@@ -31,7 +31,7 @@ def interval_s(where: Where, when: float) -> float:
     """
     h = LONGEST_S
     for _ in range(_ROUNDS):
-        worst = max(_fourth(where, when, h), _fourth(where, when, h / 2.0)) * _SAFE
+        worst = max(_fourth(where, when, h, 2), _fourth(where, when, h, 1)) * _SAFE
         if worst * h**4 <= _MOST_DEG * _REMAINDER:
             return h
         h = max(SHORTEST_S, min(h * 0.7, (_MOST_DEG * _REMAINDER / worst) ** 0.25))
@@ -40,8 +40,8 @@ def interval_s(where: Where, when: float) -> float:
     return h
 
 
-def _fourth(where: Where, when: float, span: float) -> float:
-    """Largest fourth derivative of the position about an interval, degrees per second⁴."""
-    third = span / 3.0
-    v0, v1, v2, v3 = (where(when + k * third)[1] for k in range(4))
-    return abs(v3 - 3.0 * v2 + 3.0 * v1 - v0) / third**3
+def _fourth(where: Where, when: float, span: float, sixths: int) -> float:
+    """Largest fourth derivative of the position from `when` on, degrees per second⁴, by steps of so many sixths."""
+    sixth = span / 6.0
+    v0, v1, v2, v3 = (where(when + k * sixths * sixth)[1] for k in range(4))
+    return abs(v3 - 3.0 * v2 + 3.0 * v1 - v0) / (sixths * sixth) ** 3

@@ -23,9 +23,10 @@ from mounts.awr.errors import AwrError
 from mounts.awr.ladder import Ladder, Rung
 from mounts.awr.outlook import WITHIN, Array, Outlook, likely, mean_of
 from mounts.awr.ramps import Key
-from mounts.awr.uncertainty import Jitter, Way
+from mounts.awr.uncertainty import TWO_SIDED_95, Jitter, Way
 
 _ROUNDS = 6  # of solving how far a target goes while a press lasts
+_FORESEEN = 12  # stages; more than any goto has
 _LEAD = 1.5  # times its drift by which a key must be faster than a target that runs away
 _LIKELY = np.array(likely(1))
 Pair = tuple[float, float]
@@ -117,9 +118,30 @@ class Stage:
     known_sigmas: Pair
 
     @property
+    def leaves(self) -> Pair:
+        """What each axis will have to go after it, as far as its events tell, RMS; steps."""
+        one, two = (
+            math.sqrt(max(0.0, planned**2 - known**2)) if press else error
+            for press, error, planned, known in zip(
+                self.presses, self.errors, self.planned_sigmas, self.known_sigmas, strict=True
+            )
+        )
+        return one, two
+
+    @property
     def duration(self) -> float:
         """Seconds from its first press until both axes go with their drives again."""
         return max(press.end for press in self.presses if press)
+
+    def __str__(self) -> str:
+        """As a person reads it."""
+        holds = " and ".join(f"{press.hold:.3f} s" if press else "none" for press in self.presses)
+        planned, known = (
+            " and ".join(f"{TWO_SIDED_95 * sigma:.1f}" for sigma in sigmas)
+            for sigmas in (self.planned_sigmas, self.known_sigmas)
+        )
+        to_go = " and ".join(f"{error:+.1f}" for error in self.errors)
+        return f"{self.speed} {holds} for {to_go} steps, to ±{planned}, known to ±{known}"
 
     @property
     def commands(self) -> list[tuple[float, int, bool]]:
@@ -213,6 +235,14 @@ class Cascade:
                 "their rates could be set, `clockdrive drive show`"
             )
         return min(stages, key=lambda stage: stage.expected_s)
+
+    def foreseen(self, errors: Errors) -> list[Stage]:
+        """All stages, if each leaves as much as it does RMS."""
+        stages = list[Stage]()
+        while len(stages) < _FORESEEN and (stage := self.next(errors, stages[-1].speed if stages else None)):
+            stages.append(stage)
+            errors = Errors(stage.leaves, errors.drifts)
+        return stages
 
     def _stages(self, errors: Errors, speed: Speed | None, turned: tuple[int, int]) -> Iterator[Stage]:
         """Each speed for both axes, and for the worse one alone."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, cast
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
-from mounts.awr.cascade import Cascade, Errors
+from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.holding import Holding
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
@@ -24,7 +24,7 @@ from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Over
 from mounts.awr.registers import BY_NAME, Flags, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.speeds import DRIVES, RateWords
+from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.supervision import SWITCHED, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
@@ -44,6 +44,7 @@ _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
 _EVENT_BYTES = 7
 _APART = 3.0  # standard deviations of what lies between two events, so that one seldom finds the line taken
+_SLEWS = (BY_NAME["slew_right"], BY_NAME["slew_up"])  # of axis 1, of axis 2
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -97,6 +98,7 @@ class AwrDrive:
         self._aimed = 0.0  # POSIX seconds at which the aims hold
         self._cascade: Cascade | None = None
         self._stages = 0
+        self._course: list[Stage] = []
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._jogging = False
         self._resting = False
@@ -125,8 +127,13 @@ class AwrDrive:
 
     @cached_property
     def _ladder(self) -> Ladder:
-        ladder = self.words.usual.ladder(self.exchange_s)
-        return ladder.slewing_at(ladder.careful_rates)
+        return self._usual[0]
+
+    @property
+    def _usual(self) -> tuple[Ladder, dict[int, int]]:
+        """Speeds with a slew as fast as its jitter allows while axis 1 tracks, and the words for it."""
+        usual = self.words.usual
+        return self._slowed(usual, usual.ladder(self.exchange_s).careful_rates)
 
     @property
     def exchange_s(self) -> float:
@@ -147,8 +154,8 @@ class AwrDrive:
 
     @property
     def axes_land_together(self) -> bool:
-        """One speed is in force for both axes, so both land when the later one does."""
-        return True
+        """Each axis goes along with its target once it has landed, by its drive."""
+        return False
 
     @property
     def leading(self) -> Leading | None:
@@ -178,7 +185,8 @@ class AwrDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        return (*self._own_notes, *self.supervision.notes)
+        late = self.keys.punctuality.note
+        return (*self._own_notes, *self.supervision.notes, *((late,) if late else ()))
 
     def told(self) -> tuple[str, ...]:
         """What the unit told since this was asked last, for the event log."""
@@ -207,7 +215,7 @@ class AwrDrive:
         self._ask_status(time)
         self._take_events()
         self.__dict__.pop("_ladder", None)
-        self._slow_down(self.ladder)
+        self._slow_down(self._usual[1])
         self._cookie = self.words.bake()
         self._cookie_asked = self.unit.now()
         self._warn_of_words()
@@ -245,19 +253,23 @@ class AwrDrive:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
 
-    def _slow_down(self, wanted: Ladder) -> Ladder:
-        """Have its slew in RAM no faster than wanted; return the speeds that there are then, none faster."""
-        unit = self._settings.frequency_unit
-        for axis, name in enumerate(("slew_right", "slew_up")):
-            register = BY_NAME[name]
-            motor = wanted.slew_rates[axis] - abs(self.axes[axis].rate)
-            value = max(1, min(self.words.lasting[register.address], round(motor / unit)))
-            if self.words.ram.get(register.address) != value:
-                self.words.soft_write(register, value)
-        self.__dict__.pop("_ladder", None)
-        there = self.words.speeds.ladder(self.exchange_s)
-        names = {rung.speed for rung in wanted.rungs}
-        return replace(there, rungs=tuple(rung for rung in there.rungs if rung.speed in names))
+    def _slowed(self, speeds: Speeds, rates: Sequence[float]) -> tuple[Ladder, dict[int, int]]:
+        """Speeds whose slew goes no faster than `rates` beyond the drives, steps a second, and the words for it."""
+        full, words = speeds.ladder(self.exchange_s), {}
+        for register, rate, fastest, drive in zip(_SLEWS, rates, full.slew_rates, speeds.drives, strict=True):
+            value = lasting = self.words.lasting[register.address]
+            if rate < fastest:
+                value = max(1, min(lasting, round((rate - abs(drive)) / self._settings.frequency_unit)))
+            words[register.address] = value
+        names = {rung.speed for rung in full.slewing_at(rates).rungs}
+        there = replace(speeds, ram={**speeds.ram, **words}).ladder(self.exchange_s)
+        return replace(there, rungs=tuple(rung for rung in there.rungs if rung.speed in names)), words
+
+    def _slow_down(self, slews: Mapping[int, int]) -> None:
+        """Have these words of the slew in RAM."""
+        for register in _SLEWS:
+            if self.words.ram.get(register.address) != slews[register.address]:
+                self.words.soft_write(register, slews[register.address])
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -352,13 +364,14 @@ class AwrDrive:
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drive_at(axis, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
-        ladder = self.words.full.ladder(self.exchange_s)
+        full = self.words.full
         caps = [
             rate if slew.max_rate is None else min(rate, slew.max_rate)
-            for rate, slew in zip(ladder.careful_rates, (one, two), strict=True)
+            for rate, slew in zip(full.ladder(self.exchange_s).careful_rates, (one, two), strict=True)
         ]
-        ladder = ladder.slewing_at(caps)
-        self._cascade = Cascade(self._slow_down(ladder))
+        ladder, slews = self._slowed(full, caps)
+        self._slow_down(slews)
+        self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
         self._remember(self.memory)
@@ -392,6 +405,7 @@ class AwrDrive:
                 self._arrived()
                 return
             self._stages += 1
+            self._course = [*self._course[: self._stages - 1], stage]
             self.keys.begin(stage)
             self.keys.look()
 
@@ -549,6 +563,12 @@ class AwrDrive:
         if self.supervision.index is not None:
             when, where = self.supervision.index
             rows["index"] = f"{self.unit.now() - when:.1f} s ago at {where:.1f} steps"
+        speeds = self.words.speeds
+        for number, rate in enumerate(speeds.drives, start=1):
+            apart = speeds.apart(speeds.drive_words(number - 1))
+            rows[f"drive_rate_{number}"] = f"{rate:.4f} steps/s, the next one {apart:.2g} away"
+        if self._course:
+            rows["last_goto"] = "; ".join(map(str, self._course))
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows

@@ -7,14 +7,15 @@ released at once.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
-from mounts.awr.messages import Event, Moving
+from mounts.awr.messages import Backlash, Event, Moving
+from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Unit
 from mounts.errors import DriveError, DriveRefused
@@ -24,6 +25,7 @@ SOON_S = 0.6  # before a release from which on a look lasts until it
 _TOLD_S = 0.25  # after its time in which an event must have come
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
+_INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
 _LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
@@ -55,11 +57,6 @@ class _Held:
         """Seconds after its time in which the end of its motion must be told, be its ramps slower than thought."""
         return _TOLD_S + 2.0 * self.press.key.climb_s
 
-    @property
-    def late(self) -> float:
-        """Seconds by which its hold was longer than planned, by the times of the commands; no number before."""
-        return self.released - self.pressed - self.press.hold
-
 
 class Holding:
     """The keys of one unit.
@@ -89,7 +86,8 @@ class Holding:
         self._unit = unit
         self._beside = beside
         self._axes = axes
-        self._jitter = jitter
+        self.punctuality = Punctuality(jitter)
+        """Whether keys and events are off their times by no more than that."""
         self._lose = lose
         self.speed: Speed | None = None
         """The speed in force, where that is known."""
@@ -243,28 +241,50 @@ class Holding:
 
     def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
         held = self._held.get(axis)
+        if held is not None:
+            each = self._when(axis, held.press, each, moves=moves)
         if held is None:
             if moves:
                 self._foreign(axis)
         elif moves and held.began is None:
             held.began = each
             late = each.time - held.pressed - self.delay_s
-            if not abs(late) <= _SIGMAS * math.hypot(self._jitter.press_s, self._jitter.stamp_s) + _EARLY_S:
+            jitter = self.punctuality.jitter
+            if not abs(late) <= _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S:
                 self._lost(axis, "began")  # this event is another's, or damaged: no key was pressed
             else:
                 self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
                 self._axes[axis].began(each.time)
         elif not moves and held.began is not None:
-            off = each.time - held.began.time - held.press.duration - held.late
-            if math.isnan(off) or abs(off) > _STRANGE_S + _SIGMAS * self._jitter.hold_s:
-                self._lost(axis, "ended", ODD.format(axis + 1, each.time - held.began.time, held.press.duration))
+            duration, hold = each.time - held.began.time, held.released - held.pressed
+            jitter, planned = self.punctuality.jitter, replace(held.press, hold=hold).duration
+            strange = _STRANGE_S + _SIGMAS * jitter.late_s(held.press.key, hold)
+            if math.isnan(hold) or abs(duration - planned) > strange:
+                self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
                 return
-            way = held.press.measured(self._jitter, each.time - held.began.time)
+            self.punctuality.heard(held.press, hold, duration)
+            way = held.press.measured(jitter, duration, hold)
             doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
         elif not moves and each.time > held.released + self.delay_s + _LATEST_S:
             self._lost(axis, "began")
+
+    def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:
+        """An event that may have waited for the line, at the moment that a blip of its axis tells where there is one.
+
+        A blip is where the motor turns round: after the drive's rate is braked as a motion begins, before it is taken
+        up again as it ends.
+        """
+        if not each.early_s:
+            return each
+        since, turning = each.time - each.early_s, abs(self._axes[axis].rate) / press.key.acceleration
+        for blip in self._unit.peek():
+            mine = isinstance(blip.event, Backlash) and blip.event.axis == axis
+            if mine and since - _INSTANT_S <= blip.time <= each.time:
+                at = blip.time + (-turning if moves else turning)
+                return Happened(each.event, min(max(at, since), each.time), blip.early_s)
+        return each
 
     def _lost(self, axis: int, what: str, why: str = "") -> None:
         held = self._held.pop(axis)

@@ -12,9 +12,12 @@ to be sought.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
+from mounts.awr.cascade import Cascade, Errors
+from mounts.awr.commands import Speed
 from mounts.awr.ladder import Ladder
 from mounts.awr.outlook import bound_of, overhead_of
 from mounts.awr.ramps import Key
@@ -22,6 +25,15 @@ from mounts.awr.ramps import Key
 _SIGMAS = 3.5
 _HALVINGS = 60
 _FARTHEST_S = 1e6
+
+
+class Foreseen(NamedTuple):
+    """A press as it is planned: speed, seconds, and the steps that it leaves to go and unknown, RMS."""
+
+    speed: Speed
+    hold_s: float
+    leaves: float
+    unknown: float
 
 
 @dataclass(frozen=True)
@@ -38,6 +50,8 @@ class AwrTravel:
         Seconds until it is on its target, at most.
     key : Key, optional
         That of the first press; None where no key leads there.
+    model : AwrSlewModel
+        By which it was found.
     """
 
     start: float
@@ -45,6 +59,18 @@ class AwrTravel:
     way: float
     duration: float
     key: Key | None
+    model: "AwrSlewModel"
+
+    @property
+    def presses(self) -> list[Foreseen]:
+        """One after the other, of this axis alone and without drift, if each leaves as much as it does RMS."""
+        axis = self.model.axis
+        ways = (0.0, self.way) if axis else (self.way, 0.0)
+        return [
+            Foreseen(stage.speed, press.hold, stage.leaves[axis], stage.known_sigmas[axis])
+            for stage in Cascade(self.model.ladder).foreseen(Errors(ways))
+            if (press := stage.presses[axis])
+        ]
 
     @property
     def landed(self) -> float:
@@ -87,7 +113,7 @@ class AwrSlewModel:
         """Travel onto a line that is at `position` steps as it begins and moves with `rate`."""
         way = position - start
         duration, key = self._soonest(way)
-        return AwrTravel(start, rate, way, duration, key)
+        return AwrTravel(start, rate, way, duration, key, self)
 
     def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> AwrTravel:
         """Travel to `end` steps, reached at the duration with the drive going at `end_rate`.

@@ -111,6 +111,15 @@ class Speeds:
         rate = self.per_count / (words.counts * max(1, words.flags.postscaler))
         return rate if words.flags.positive else -rate
 
+    def apart(self, words: RateWords) -> float:
+        """Steps a second from the rate of such words to the next faster one: what a host dithers between."""
+        rate = abs(self.of(words._replace(flags=words.flags._replace(enable=True))))
+        return rate / (words.counts - 1) if words.counts > 1 else rate
+
+    def drive_words(self, axis: int) -> RateWords:
+        """The words in force of a drive."""
+        return self._words(DRIVES[axis], self.ram)
+
     @property
     def drives(self) -> tuple[float, float]:
         """Steps a second with which both axes go when no key is pressed."""

@@ -60,14 +60,21 @@ class Jitter:
 
     def measured(self, key: Key, hold: float, duration: float) -> Way:
         """The way of a press that was to last `hold` and moved its axis for `duration`, by its two events."""
-        planned, before = key.duration(hold), self.hold_s * (2.0 if hold < key.climb_s else 1.0)
-        stamped = math.sqrt(2.0) * self.stamp_s
+        planned, before, stamped = key.duration(hold), self._sent(key, hold), math.sqrt(2.0) * self.stamp_s
         weight = before**2 / (before**2 + stamped**2) if before or stamped else 1.0
         after = self._known(before)
         if abs(duration - planned) > _ASTRAY * math.hypot(before, stamped):
             weight, after = 1.0, stamped
         held = key.held(planned + weight * (duration - planned))
         return Way(key.way(held), key.peak(held) * after)
+
+    def late_s(self, key: Key, hold: float) -> float:
+        """RMS, seconds, by which the events say otherwise of a motion than the hold that was sent."""
+        return math.hypot(self._sent(key, hold), math.sqrt(2.0) * self.stamp_s)
+
+    def _sent(self, key: Key, hold: float) -> float:
+        """RMS of a motion's duration, which grows twice as fast as its hold before full speed."""
+        return self.hold_s * (2.0 if hold < key.climb_s else 1.0)
 
     def _known(self, before: float) -> float:
         stamped = math.sqrt(2.0) * self.stamp_s

@@ -48,7 +48,7 @@ def timing(configuration: Configuration) -> Timing:
     )
     ladder = Speeds(wanted, words, words).ladder(_EXCHANGE_S)
     ladder = ladder.slewing_at(ladder.careful_rates)
-    return Timing((AwrSlewModel(ladder, 0), AwrSlewModel(ladder, 1)))
+    return Timing((AwrSlewModel(ladder, 0), AwrSlewModel(ladder, 1)), together=False)
 
 
 _EXCHANGE_S = 0.045
