@@ -179,6 +179,11 @@ class DriveRegisters:
 
         return self._control.call(work)
 
+    def _pressed(self, drive: HasWords, axis: str, text: str) -> Answer:
+        given = self._changing(lambda: pressed(drive, axis, text))
+        self._session.note("drive", given["command"])
+        return Answer(given)
+
     def set_clocks(self, *, confirmed: bool) -> Answer:
         """Have the controllers set their clocks by NTP, at rest, and measure them afterwards.
 
@@ -201,11 +206,6 @@ class DriveRegisters:
             return answer
 
         return self._control.call(work)
-
-    def _pressed(self, drive: HasWords, axis: str, text: str) -> Answer:
-        given = self._changing(lambda: pressed(drive, axis, text))
-        self._session.note("drive", given["command"])
-        return Answer(given)
 
     def save(self) -> Answer:
         """Have the unit keep its configuration over a power-cycle."""
