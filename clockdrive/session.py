@@ -20,7 +20,7 @@ from clockdrive.resting import Rest
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
-from mounts.drive import Drive, Reading
+from mounts.drive import Drive, Reading, Telling
 from mounts.errors import DriveError, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
@@ -256,6 +256,9 @@ class Session:
         if self.link_lost_since is not None:
             self.note("link", f"the link is back after {reading.time - self.link_lost_since:.1f} s")
             self.link_lost_since = None
+        if isinstance(self.drive, Telling):
+            for text in self.drive.told():
+                self.note("drive", text)
         self.taken(reading)
         self._guarded(reading)
         return reading

@@ -185,6 +185,15 @@ class Drive(Protocol):
 
 
 @runtime_checkable
+class Telling(Protocol):
+    """A drive that tells by itself what happens to it."""
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since it was asked last, in sentences, for the event log."""
+        ...
+
+
+@runtime_checkable
 class Stowing(Protocol):
     """A drive whose controllers know a stow of their own."""
 

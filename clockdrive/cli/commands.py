@@ -270,10 +270,9 @@ def init(args: argparse.Namespace) -> None:
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
     if args.kind not in {None, _READABLE} and args.unit is not None:
-        why = "it has no registers to read them from"
         raise InputError(
-            f"init {args.kind} --from {args.unit}: {why}; `clockdrive init {args.kind}` writes the keys of the "
-            f"{args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
+            f"init {args.kind} --from {args.unit}: it keeps none of them; `clockdrive init {args.kind}` writes the "
+            f"keys of the {args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
         )
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")

@@ -11,15 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
+from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.holding import Holding
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
-from mounts.awr.registers import BY_NAME, Flags
+from mounts.awr.registers import BY_NAME, Flags, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
@@ -31,7 +33,9 @@ from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from pointing.plan import Leading
 from transports.errors import TransportError
 
-_AXES = (0, 1)
+if TYPE_CHECKING:
+    from mounts.awr.commands import Speed
+
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
 _COOKIE_EVERY_S = 10.0
@@ -86,6 +90,7 @@ class AwrDrive:
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
             self.keys.delay_s = kept.delay_s
+        self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -94,6 +99,7 @@ class AwrDrive:
         self._cascade: Cascade | None = None
         self._stages = 0
         self._course: list[Stage] = []
+        self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._jogging = False
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
@@ -123,11 +129,22 @@ class AwrDrive:
     def _ladder(self) -> Ladder:
         return self._usual[0]
 
+    @cached_property
+    def _resting_ladder(self) -> Ladder:
+        """The speeds while both drives are off."""
+        resting = self.words.resting
+        return self._slowed(resting, resting.ladder(self.exchange_s).careful_rates)[0]
+
     @property
     def _usual(self) -> tuple[Ladder, dict[int, int]]:
         """Speeds with a slew as fast as its jitter allows while axis 1 tracks, and the words for it."""
         usual = self.words.usual
         return self._slowed(usual, usual.ladder(self.exchange_s).careful_rates)
+
+    def _forget_ladders(self) -> None:
+        """The words were read anew."""
+        for name in ("_ladder", "_resting_ladder"):
+            self.__dict__.pop(name, None)
 
     @property
     def exchange_s(self) -> float:
@@ -139,7 +156,10 @@ class AwrDrive:
     @property
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
-        return AwrSlewModel(self.ladder, 0), AwrSlewModel(self.ladder, 1)
+        one, two = (
+            AwrSlewModel(self.ladder, i, self._resting_ladder, rate) for i, rate in enumerate(self.words.usual.drives)
+        )
+        return one, two
 
     @property
     def start_latency(self) -> float:
@@ -182,6 +202,10 @@ class AwrDrive:
         late = self.keys.punctuality.note
         return (*self._own_notes, *self.supervision.notes, *((late,) if late else ()))
 
+    def told(self) -> tuple[str, ...]:
+        """What the unit told since this was asked last, for the event log."""
+        return self.supervision.told()
+
     # Connecting ------------------------------------------------------------------------------------------------
 
     def connect(self, time: float, *, make_safe: bool) -> Reading:
@@ -202,16 +226,23 @@ class AwrDrive:
             axis.drives_at(rate, time)
         if make_safe:
             self._rest()
-        status = self.unit.status()
-        if status is not None and status.override:
-            self.supervision.take([Happened(Override(stopped=True), time)])
+        self._ask_status(time)
         self._take_events()
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._slow_down(self._usual[1])
         self._cookie = self.words.bake()
         self._cookie_asked = self.unit.now()
         self._warn_of_words()
         return self._reading()
+
+    def _ask_status(self, time: float) -> None:
+        """Relays and override, of a firmware that tells them."""
+        status = self.unit.status()
+        if status is None:
+            return
+        self.supervision.relays = status.relays
+        if status.override != self.supervision.stopped:
+            self.supervision.take([Happened(Override(stopped=status.override), time)])
 
     def _check_past(self, time: float) -> None:
         """Whether the unit is as it was left."""
@@ -269,9 +300,16 @@ class AwrDrive:
         self._take_events()
         if self.supervision.was_reset:
             self._began_anew()
+        if (self.supervision.unsynchronised or self.supervision.stopped) and (
+            self._aims is not None or self.keys.busy
+        ):
+            self._give_up()
+        if self._doubts and not self.keys.busy:
+            self._resolve()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
+            self._ask_status(self.unit.now())
         return self._reading()
 
     def _take_events(self) -> None:
@@ -289,7 +327,7 @@ class AwrDrive:
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
             axis.known(axis.at(now).counts, now, math.inf)
             axis.drives_at(rate, now)
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._cookie = self.words.bake()
 
     def _ask_cookie(self) -> None:
@@ -352,7 +390,11 @@ class AwrDrive:
         self._aimed = time
         self._remember(self.memory)
         began = self.unit.now() + self.exchange_s + self.keys.delay_s
-        self._go_on()
+        try:
+            self._go_on()
+        except (DriveError, TransportError):
+            self._aims = None
+            raise
         return began
 
     def _errors(self, time: float) -> Errors:
@@ -367,10 +409,7 @@ class AwrDrive:
 
     def _go_on(self) -> None:
         """Begin the next stage, as long as a stage ends within this look."""
-        while self._aims is not None and not self.keys.busy:
-            if self.supervision.unsynchronised or self.supervision.stopped:
-                self._give_up()
-                return
+        while self._aims is not None and not self.keys.busy and not self.supervision.unsynchronised:
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
                 turned = self.axes[0].turned, self.axes[1].turned
@@ -424,8 +463,28 @@ class AwrDrive:
         """Have a drive go at the rate nearest to one that its words can make."""
         speeds = self.words.speeds
         usual = Flags.of(self.words.lasting[BY_NAME[f"{DRIVES[axis.index]}_flags"].address]).postscaler
-        words = speeds.words_for(rate, usual)
-        axis.drives_at(speeds.of(words), self.words.drive_at(axis.index, words))
+        self._written(axis, speeds.words_for(rate, usual))
+
+    def _written(self, axis: AwrAxis, words: RateWords) -> None:
+        """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
+        new, asked = self.words.speeds.of(words), self.unit.now()
+        try:
+            axis.drives_at(new, self.words.drive_at(axis.index, words))
+        except (TransportError, DriveError):
+            self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
+            raise
+
+    def _resolve(self) -> None:
+        """Read the words of drives that are in doubt; how far their axes may have gone meanwhile is uncertain."""
+        for index, (since, rates) in list(self._doubts.items()):
+            axis = self.axes[index]
+            self.words.read_drive(index)
+            actual, now = self.words.speeds.drives[index], self.unit.now()
+            spread = (max(*rates, actual) - min(*rates, actual)) * (now - since)
+            here = axis.at(now)
+            axis.known(here.counts, now, here.uncertainty + spread)
+            axis.drives_at(actual, now)
+            del self._doubts[index]
 
     def _rest(self) -> None:
         """Switch both drives off."""
@@ -433,7 +492,7 @@ class AwrDrive:
         for axis in self.axes:
             flags = Flags.of(self.words.drive_flags(axis.index))._replace(enable=False)
             counts = self.words.ram[BY_NAME[f"{DRIVES[axis.index]}_counts"].address]
-            axis.drives_at(0.0, self.words.drive_at(axis.index, RateWords(counts, flags)))
+            self._written(axis, RateWords(counts, flags))
 
     # At a speed ------------------------------------------------------------------------------------------------
 
@@ -527,6 +586,91 @@ class AwrDrive:
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows
+
+    # In a person's hands ---------------------------------------------------------------------------------------
+
+    def soft_write(self, name: str, value: int) -> str:
+        """Write a word in RAM; return what it was, as a person reads it.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is no such register, or it is never written so; the unit does not hold it.
+        """
+        register = by_name(name)
+        before = shown(register, self.words.ram.get(register.address, 0))
+        self.hand.set_word(register, value)
+        self._words_changed()
+        return before
+
+    def commit(self) -> tuple[str, ...]:
+        """Have what a person wrote kept for good; return the names of the words.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            Nothing was written; the unit does not do it.
+        """
+        names = self.hand.commit()
+        self._words_changed()
+        return names
+
+    def discard(self) -> None:
+        """Have soft writes forgotten: the drives go as the non-volatile words say, and are stopped at once.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            The unit does not do it.
+        """
+        rested = self._resting or not any(axis.rate for axis in self.axes)
+        self.hand.discard()
+        self._words_changed()
+        if rested:
+            self._rest()
+        self.supervision.rates_are_sound()
+        self._cookie = self.words.bake()
+
+    def switch_relay(self, number: int, *, on: bool) -> None:
+        """Switch a relay.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is none; the unit does not do it.
+        """
+        self.hand.relay(number, on=on)
+        bit = 1 << number - 1
+        self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
+
+    def press(self, name: str, speed: str, seconds: float) -> None:
+        """Hold a key for a time.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            There is no such key or speed; there is no dead-man process, or the unit does not obey.
+        """
+        ladder = self.words.speeds.ladder(self.exchange_s)
+        self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+
+    def differing(self) -> dict[str, tuple[int, int]]:
+        """Words that RAM holds otherwise than the non-volatile memory: this and that.
+
+        Raises
+        ------
+        TransportError
+            The unit does not answer.
+        """
+        self.words.read()
+        return self.words.differing()
+
+    def _words_changed(self) -> None:
+        """The drives go as the words say now."""
+        self._forget_ladders()
+        now = self.unit.now()
+        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
+            axis.drives_at(rate, now)
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""

@@ -6,7 +6,7 @@ nothing is asked again before the line has been silent. Key releases alone are r
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.errors import AwrError
@@ -28,7 +28,8 @@ from transports.errors import LinkError, NoAnswer
 from transports.link import Clock, Link
 
 PACKET_S = 0.1  # for each packet of an answer
-RELEASE_AGAIN_S = 0.04  # after which a release that was not answered is sent again
+KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
+RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
 _BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
@@ -37,8 +38,6 @@ _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
 _LOSSES = 20  # remembered
-
-T = TypeVar("T", bound=Response)
 
 
 class Happened(NamedTuple):
@@ -175,8 +174,7 @@ class Unit:
             It does not answer; nobody knows whether it obeyed.
         """
         self._quiet()
-        done = self._asked(body, Done)
-        if not done.ok:
+        if self._answered(body, lambda said: isinstance(said, Done), KEY_S) != Done(ok=True):
             raise DriveRefused(
                 f"the unit refuses {body!r}: its override input stopped it, or it is busy; press the override button "
                 "at the drive box, then try again"
@@ -391,11 +389,6 @@ class Unit:
             self.damaged += 1
         assert error is not None  # noqa: S101 - there was a try
         raise error
-
-    def _asked(self, body: str, form: type[T]) -> T:
-        said = self._answered(body, lambda said: isinstance(said, form))
-        assert isinstance(said, form)  # noqa: S101 - as it was asked to be
-        return said
 
     def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float = PACKET_S) -> Response:
         """Send a command and wait for its answer."""

@@ -5,6 +5,7 @@ else, one unit of the acceleration of axis 2, is the cookie: it is lost with the
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Register, shown
 from mounts.awr.settings import AwrSettings
@@ -39,7 +40,7 @@ class Words:
         """The rate register that was written last."""
 
     def read(self) -> None:
-        """Read all words, of RAM those on which motion and rest depend.
+        """Read all words, the non-volatile ones and those in RAM.
 
         Raises
         ------
@@ -48,7 +49,7 @@ class Words:
         """
         self.lasting = self._unit.read_all()
         known, self.ram = self.ram, dict(self.lasting)
-        for address in (*_DRIVES, *_SLEWS, _COOKIE.address):
+        for address in (register.address for register in REGISTERS if register.writable):
             value = self._unit.read(address | RAM)
             self.tells_ram = value is not None
             if value is None:
@@ -71,6 +72,13 @@ class Words:
     def usual(self) -> Speeds:
         """The same with the drives as they are without a program, so that axis 1 tracks."""
         return self._speeds_with(*_DRIVES, *_SLEWS)
+
+    @property
+    def resting(self) -> Speeds:
+        """The same with both drives off."""
+        usual = self.usual
+        flags = [BY_NAME[f"{name}_flags"].address for name in DRIVES]
+        return replace(usual, ram={**usual.ram, **{each: usual.ram[each] & ~1 for each in flags}})
 
     @property
     def full(self) -> Speeds:
@@ -111,6 +119,13 @@ class Words:
             if self.ram.get(register.address) != value:
                 heard = self.soft_write(register, value)
         return heard
+
+    def read_drive(self, axis: int) -> None:
+        """Read the words of a drive that are in force, as far as the unit tells them."""
+        for address in _DRIVES[2 * axis : 2 * axis + 2]:
+            value = self._unit.read(address | RAM) if self.tells_ram else None
+            if value is not None:
+                self.ram[address] = value
 
     def drive_flags(self, axis: int) -> int:
         """The flags in force of a drive."""
