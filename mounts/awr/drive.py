@@ -17,7 +17,7 @@ from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
-from mounts.awr.holding import Holding
+from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
 _COOKIE_EVERY_S = 10.0
+_TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
 _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
@@ -653,6 +654,31 @@ class AwrDrive:
         """
         ladder = self.words.speeds.ladder(self.exchange_s)
         self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+
+    def trial(self, name: str, speed: str, seconds: float, *, tracking: bool = False) -> tuple[Trial, float]:
+        """Hold a key to find out what it does, at rest or while axis 1 tracks; return it, and how long it tracked.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            As for `press`; no motion was told.
+        """
+        began = self.unit.now()
+        if tracking:
+            self._drive_at(self.axes[0], math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
+            began = self.unit.now()
+        try:
+            most = _TRIAL_SLEW * self.words.lasting[BY_NAME["move_right"].address]
+            self._slow_down({each.address: min(self.words.lasting[each.address], most) for each in _SLEWS})
+            ladder = self.words.speeds.ladder(self.exchange_s)
+            trial = self.hand.trial(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+        finally:
+            self._rest()
+        return trial, self.unit.now() - began if tracking else 0.0
+
+    def refuted(self, why: str) -> None:
+        """What the position rests on is not so."""
+        self._lose(why)
 
     def differing(self) -> dict[str, tuple[int, int]]:
         """Words that RAM holds otherwise than the non-volatile memory: this and that.
