@@ -44,11 +44,6 @@ class _Sight:
     low: float
     high: float
 
-    @property
-    def middle(self) -> float:
-        """Between the bounds."""
-        return (self.low + self.high) / 2.0
-
 
 class ClockOffset:
     """The offset of one controller's clock: what its clock reads minus what it should.
@@ -106,25 +101,26 @@ class ClockOffset:
         return self.line.at(time)
 
     def _estimate(self) -> None:
-        shortest = min(sight.high - sight.low for sight in self._sights)
+        shortest = min([sight.high - sight.low for sight in self._sights])
         quick = [sight for sight in self._sights if sight.high - sight.low <= _QUICK * shortest]
         last, count = self._sights[-1].time, len(quick)
-        time = sum(sight.time for sight in quick) / count - last
-        middle = sum(sight.middle for sight in quick) / count
-        spread = sum((sight.time - last - time) ** 2 for sight in quick)
+        before = [sight.time - last for sight in quick]
+        middles = [(sight.low + sight.high) / 2.0 for sight in quick]
+        time, middle = sum(before) / count, sum(middles) / count
         gain = 0.0
         if (span := last - quick[0].time) >= _TELLING_S and count > _FEW:
-            gain = sum((sight.time - last - time) * (sight.middle - middle) for sight in quick) / spread
-            left = sum((sight.middle - middle - gain * (sight.time - last - time)) ** 2 for sight in quick)
+            off = [(at - time, seen - middle) for at, seen in zip(before, middles, strict=True)]
+            spread = sum([at * at for at, _ in off])
+            gain = sum([at * seen for at, seen in off]) / spread
+            left = sum([(seen - gain * at) ** 2 for at, seen in off])
             gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread and abs(gain) * span > 2.0 * _PRINTED_S
-        self.value, self._gain = (0.0, 0.0) if self._right(quick) else (middle - gain * time, gain)
-        self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))
+        self.value, self._gain = (0.0, 0.0) if self._right(middles) else (middle - gain * time, gain)
+        self.uncertainty_s = max([max(abs(sight.low - self.value), abs(sight.high - self.value)) for sight in quick])
 
-    def _right(self, quick: Sequence[_Sight]) -> bool:
+    def _right(self, middles: Sequence[float]) -> bool:
         """Whether the clock may be right, for all that the quick answers say; no answer speaks against it."""
-        middles = [sight.middle for sight in quick]
         mean = sum(middles) / len(middles)
-        spread = sqrt(sum((middle - mean) ** 2 for middle in middles)) / len(middles)
+        spread = sqrt(sum([(middle - mean) ** 2 for middle in middles])) / len(middles)
         rounded = max(map(abs, middles)) <= _PRINTED_S / 2.0 + _ROUNDING_S
         by_chance = abs(mean) <= min(_CHANCE * spread, _PRINTED_S)
         return (rounded or by_chance) and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
