@@ -9,13 +9,13 @@ from collections.abc import Callable
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
 from mounts.awr.errors import AwrError
-from mounts.awr.holding import Holding
+from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.registers import BY_ADDRESS, Register, checked
 from mounts.awr.unit import Unit
 from mounts.awr.words import Words
 
-LONGEST_S = 10.0
+LONGEST_S = 2.0  # in which nothing else is heard, no stop either
 KEYS = {"LEFT": (0, 1), "RIGHT": (0, -1), "UP": (1, 1), "DOWN": (1, -1)}
 
 
@@ -46,6 +46,11 @@ class ByHand:
         AwrError, DriveRefused, TransportError
             This register is never written, or not so; the unit does not hold it.
         """
+        if register.name.startswith("drive_ra"):
+            raise AwrError(
+                f"{register.name}: all rates are reckoned from drive_ra as the factory set it, so it is not written "
+                "by hand; `track` and `rates` go at any rate by soft writes of their own"
+            )
         self._words.soft_write(register, checked(register, value))
         self._written[register.address] = value
 
@@ -98,6 +103,23 @@ class ByHand:
         """
         self._unit.relay(number, on=on)
 
+    def trial(self, name: str, speed: Speed, seconds: float, ladder: Ladder, begin: Callable[[], None]) -> Trial:
+        """Hold a key whose speed or ramps are to be found out; return how long it was held and the motion lasted.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            As for `press`; no motion was told.
+        """
+        self._keys.trials = []
+        try:
+            self.press(name, speed, seconds, ladder, begin)
+            if not self._keys.trials:
+                raise AwrError(f"no motion was told of {name} at {speed} speed")
+            return self._keys.trials[0]
+        finally:
+            self._keys.trials = None
+
     def press(self, name: str, speed: Speed, seconds: float, ladder: Ladder, begin: Callable[[], None]) -> None:
         """Hold a key for a time.
 
@@ -126,4 +148,4 @@ class ByHand:
         begin()
         self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
         while self._keys.busy:
-            self._keys.look(LONGEST_S + 1.0)
+            self._keys.look(LONGEST_S + 10.0)

@@ -13,11 +13,12 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
+from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
-from mounts.awr.holding import Holding
+from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
 _COOKIE_EVERY_S = 10.0
+_TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
 _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
@@ -100,7 +102,7 @@ class AwrDrive:
         self._stages = 0
         self._course: list[Stage] = []
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
-        self._jogging = False
+        self._jog: Keys | None = None  # the keys that are held until told otherwise
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
         self._slower: tuple[float | None, float | None] = (None, None)
@@ -188,7 +190,7 @@ class AwrDrive:
             self.supervision.unsynchronised,
             now,
             (one, two),
-            moving=self._aims is not None or self._jogging or self.keys.busy,
+            moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
             delay_s=self.keys.delay_s,
@@ -340,7 +342,7 @@ class AwrDrive:
 
     def _reading(self) -> Reading:
         now = self.unit.now()
-        slewing = self._aims is not None or self._jogging
+        slewing = self._aims is not None or self._jog is not None
         axes = []
         for axis in self.axes:
             state = axis.at(now)
@@ -359,6 +361,12 @@ class AwrDrive:
 
     # Slewing ---------------------------------------------------------------------------------------------------
 
+    def _require_ready(self) -> None:
+        if self.supervision.unsynchronised:
+            raise Unsynchronised(self.supervision.unsynchronised)
+        if self.supervision.stopped:
+            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
 
@@ -367,12 +375,10 @@ class AwrDrive:
         Unsynchronised, DriveRefused, AwrError, TransportError
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
-        if self.supervision.unsynchronised:
-            raise Unsynchronised(self.supervision.unsynchronised)
-        if self.supervision.stopped:
-            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        self._require_ready()
         if self.keys.busy:
             self.keys.halt()
+        self._jog = None
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
@@ -434,7 +440,7 @@ class AwrDrive:
 
     def _give_up(self) -> None:
         self._aims = None
-        self._jogging = False
+        self._jog = None
         with suppress(TransportError):
             self.keys.halt()
 
@@ -448,7 +454,7 @@ class AwrDrive:
         DriveRefused, TransportError
             The unit does not take the rate, or does not answer.
         """
-        if self._aims is not None or self.keys.busy or self._jogging or self.supervision.unsynchronised:
+        if self._aims is not None or self.keys.busy or self._jog is not None or self.supervision.unsynchronised:
             return _LEAST_FOLLOW_S
         now = max(time, self.unit.now())
         ahead = path.at(now + _FOLLOW_S)
@@ -507,14 +513,26 @@ class AwrDrive:
         self._beside.stand_by()
 
     def move_at(self, rates: Sequence[float], time: float) -> None:  # noqa: ARG002
-        """Refuse: a key has one of four speeds, and `jog` holds it for a time that is known.
+        """Hold the keys of the speed that comes nearest to the faster axis; called again, say that the host lives.
 
         Raises
         ------
-        DriveRefused
-            Always.
+        Unsynchronised, DriveRefused, AwrError, TransportError
+            As for `start`.
         """
-        raise DriveRefused("the keys have four speeds and no others: `jog` moves an axis by a way, at most so fast")
+        self._require_ready()
+        self.keys.require_hearing()
+        stage = held_at(self.words.speeds.ladder(self.exchange_s), rates)
+        wanted = keys_of(stage)
+        if wanted == self._jog:
+            self.keys.look()
+            self._take_events()
+            return
+        self.keys.halt()
+        self._jog = wanted
+        if stage is not None:
+            self._remember(self.memory)
+            self.keys.begin(stage)
 
     # All else --------------------------------------------------------------------------------------------------
 
@@ -542,7 +560,7 @@ class AwrDrive:
         DriveError, TransportError
             The unit does not confirm it.
         """
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         try:
             self.keys.halt()
         finally:
@@ -654,6 +672,31 @@ class AwrDrive:
         ladder = self.words.speeds.ladder(self.exchange_s)
         self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
 
+    def trial(self, name: str, speed: str, seconds: float, *, tracking: bool = False) -> tuple[Trial, float]:
+        """Hold a key to find out what it does, at rest or while axis 1 tracks; return it, and how long it tracked.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            As for `press`; no motion was told.
+        """
+        began = self.unit.now()
+        if tracking:
+            self._drive_at(self.axes[0], math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
+            began = self.unit.now()
+        try:
+            most = _TRIAL_SLEW * self.words.lasting[BY_NAME["move_right"].address]
+            self._slow_down({each.address: min(self.words.lasting[each.address], most) for each in _SLEWS})
+            ladder = self.words.speeds.ladder(self.exchange_s)
+            trial = self.hand.trial(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+        finally:
+            self._rest()
+        return trial, self.unit.now() - began if tracking else 0.0
+
+    def refuted(self, why: str) -> None:
+        """What the position rests on is not so."""
+        self._lose(why)
+
     def differing(self) -> dict[str, tuple[int, int]]:
         """Words that RAM holds otherwise than the non-volatile memory: this and that.
 
@@ -674,7 +717,7 @@ class AwrDrive:
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         with suppress(TransportError, DriveError):
             self.keys.halt()
             if not keep_tracking:

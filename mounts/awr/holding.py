@@ -8,6 +8,7 @@ released at once.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
@@ -23,6 +24,7 @@ from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
 _TOLD_S = 0.25  # after its time in which an event must have come
+_TRIAL_S = 5.0  # longer that the end of a motion is waited for whose ramps are to be found out
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
 _INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
@@ -56,6 +58,13 @@ class _Held:
     def told_s(self) -> float:
         """Seconds after its time in which the end of its motion must be told, be its ramps slower than thought."""
         return _TOLD_S + 2.0 * self.press.key.climb_s
+
+
+class Trial(NamedTuple):
+    """A motion, and for how long its key was held, seconds."""
+
+    duration: float
+    hold: float
 
 
 class Holding:
@@ -93,6 +102,8 @@ class Holding:
         """The speed in force, where that is known."""
         self.delay_s = _USUAL_S
         """Seconds from hearing a key to its acting, as learnt."""
+        self.trials: list[Trial] | None = None
+        """What motions lasted, while it is found out what they should; None in all else."""
         self._held: dict[int, _Held] = {}
         self._due: list[tuple[float, int, bool]] = []
         self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
@@ -169,7 +180,7 @@ class Holding:
             if held.began is None and not math.isnan(held.pressed):
                 dues.append(held.pressed + self.delay_s + _TOLD_S)
             elif not math.isnan(held.released) and self._ends(held) <= soon:
-                dues.append(self._ends(held) + held.told_s)
+                dues.append(self._ends(held) + self._told_s(held))
         return min(dues, default=None)
 
     def _overdue(self) -> None:
@@ -178,7 +189,7 @@ class Holding:
         for axis, held in list(self._held.items()):
             if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
                 self._lost(axis, "began")
-            elif now >= self._ends(held) + held.told_s:
+            elif now >= self._ends(held) + self._told_s(held):
                 self._lost(axis, "ended")
 
     def _do(self, due: float, axis: int, down: bool) -> None:
@@ -207,6 +218,9 @@ class Holding:
                 return
         held.pressed = heard
         self._axes[axis].pressed(held.press, heard + self.delay_s)
+
+    def _told_s(self, held: _Held) -> float:
+        return held.told_s + (_TRIAL_S if self.trials is not None else 0.0)
 
     def _ends(self, held: _Held) -> float:
         """When a motion is over that was released."""
@@ -258,6 +272,11 @@ class Holding:
         elif not moves and held.began is not None:
             duration, hold = each.time - held.began.time, held.released - held.pressed
             jitter, planned = self.punctuality.jitter, replace(held.press, hold=hold).duration
+            if self.trials is not None:
+                self.trials.append(Trial(duration, hold))
+                self._axes[axis].ended(held.press.planned(jitter), each.time)
+                del self._held[axis]
+                return
             strange = _STRANGE_S + _SIGMAS * jitter.late_s(held.press.key, hold)
             if math.isnan(hold) or abs(duration - planned) > strange:
                 self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))

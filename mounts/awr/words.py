@@ -7,7 +7,7 @@ else, one unit of the acceleration of axis 2, is the cookie: it is lost with the
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Register, shown
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.unit import Unit
@@ -67,6 +67,16 @@ class Words:
             The sidereal rate stands nowhere.
         """
         return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def tracks(self) -> int:
+        """The sense in which axis 1 tracks without a program."""
+        return 1 if Flags.of(self.lasting[_DRIVES[1]]).positive else -1
+
+    @property
+    def centre_rate(self) -> float:
+        """Steps a second of CENTRE in the sense in which axis 1 tracks, by its words alone."""
+        return self.speeds.rate("centre_left" if self.tracks > 0 else "centre_right")
 
     @property
     def usual(self) -> Speeds:
