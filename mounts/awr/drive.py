@@ -475,7 +475,8 @@ class AwrDrive:
         """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
         new, asked = self.words.speeds.of(words), self.unit.now()
         try:
-            axis.drives_at(new, self.words.drive_at(axis.index, words))
+            for went, since in self.words.drive_at(axis.index, words):
+                axis.drives_at(self.words.speeds.of(went), since)
         except (TransportError, DriveError):
             self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
             raise
