@@ -306,9 +306,10 @@ class Session:
         if not reading.unsynchronised:
             self.trusted_counts = reading.counts
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
-        self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
-        self.remember()
-        self._after_reading()
+        with self.store.together():
+            self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
+            self.remember()
+            self._after_reading()
         return reading
 
     def remember(self) -> None:

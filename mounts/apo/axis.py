@@ -32,6 +32,7 @@ _FORGETS = 0.8  # from answer to answer, of how late one was
 _LATE_S = 0.01
 _STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
+_PRINTED_DEG_S = 5e-6  # of a velocity, which a drift goes on at
 _PRINTED_S = 0.001
 
 
@@ -81,7 +82,7 @@ class ControlledAxis:
         self.clock_stepped = False
         self.jumped_deg = 0.0
         """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
-        self._raw_at = 0.0  # POSIX seconds of it
+        self._raw_at = 0.0  # POSIX seconds before which it was not given
         self._raw: Drift | None = None  # the last answer that told position and time
         self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
@@ -160,7 +161,7 @@ class ControlledAxis:
                 self._unconfirmed_deg = off
                 if confirmed and self._raw is not None:
                     self._judge_jump(self._raw, timed)
-                self._raw, self._raw_at = timed.value, timed.received
+                self._raw, self._raw_at = timed.value, timed.sent
                 return timed
             before = timed.value
         raise WrongAnswer(
@@ -183,7 +184,8 @@ class ControlledAxis:
         unsure = _PRINTED_S + self.offset.uncertainty_s
         off, gained = abs(told.position_deg - position), abs(told.velocity_deg_s * (1.0 + clock.gain) - velocity)
         by_the_clock = abs(velocity) * unsure, self.settings.acceleration_deg_s2 * unsure
-        return off if max(off - by_the_clock[0], gained - by_the_clock[1]) <= _FORESEEN else None
+        drifted = self.queue.drifted_s(time) * _PRINTED_DEG_S
+        return off if max(off - by_the_clock[0] - drifted, gained - by_the_clock[1]) <= _FORESEEN else None
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
@@ -203,7 +205,11 @@ class ControlledAxis:
         return timed.sent - unsure <= told <= timed.received + unsure
 
     def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
-        """Note how far the position is from where the axis can have come since the last one, by the host's time."""
+        """Note how far the position is from where the axis can have come since the last one, by the host's time.
+
+        From the request of that to the end of this answer it has had the longest time: either may have been under way
+        for as long as the host was busy.
+        """
         seconds = timed.received - self._raw_at
         fastest = max(abs(before.velocity_deg_s), abs(timed.value.velocity_deg_s))
         reach = (fastest + self.settings.acceleration_deg_s2 * seconds) * seconds + _STAND_DEG

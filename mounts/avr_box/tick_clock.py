@@ -14,6 +14,7 @@ from mounts.avr_box.timers import TICK_S
 CRYSTAL_UNCERTAINTY = 1e-4
 """Of a crystal that nobody has measured, relative."""
 _SURER = 0.5  # times as sure as before, for the crystal to be taken anew
+_NEAR_TICKS = 2.0
 _LEAST = 2e-6  # to which a crystal is believed; it changes with the temperature
 
 
@@ -53,6 +54,13 @@ class TickClock:
     def since_tick(self, time: float) -> float:
         """Seconds since the last tick."""
         return time - self.last_tick(time)
+
+    def is_elsewhere(self, number: int, time: float) -> bool:
+        """Whether a bin that was told is another one than the ticks lead to."""
+        if self._bin is None:
+            return False
+        expected = self._bin + (time - (self._low + self._high) / 2.0) / self.tick_s
+        return abs((number - expected + 0.5 + BINS / 2.0) % BINS - BINS / 2.0) > _NEAR_TICKS
 
     def heard(self, number: int, earliest: float, latest: float) -> None:
         """Take in that the bin was this at some moment between two times."""

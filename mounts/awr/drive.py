@@ -132,11 +132,22 @@ class AwrDrive:
     def _ladder(self) -> Ladder:
         return self._usual[0]
 
+    @cached_property
+    def _resting_ladder(self) -> Ladder:
+        """The speeds while both drives are off."""
+        resting = self.words.resting
+        return self._slowed(resting, resting.ladder(self.exchange_s).careful_rates)[0]
+
     @property
     def _usual(self) -> tuple[Ladder, dict[int, int]]:
         """Speeds with a slew as fast as its jitter allows while axis 1 tracks, and the words for it."""
         usual = self.words.usual
         return self._slowed(usual, usual.ladder(self.exchange_s).careful_rates)
+
+    def _forget_ladders(self) -> None:
+        """The words were read anew."""
+        for name in ("_ladder", "_resting_ladder"):
+            self.__dict__.pop(name, None)
 
     @property
     def exchange_s(self) -> float:
@@ -148,7 +159,10 @@ class AwrDrive:
     @property
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
-        return AwrSlewModel(self.ladder, 0), AwrSlewModel(self.ladder, 1)
+        one, two = (
+            AwrSlewModel(self.ladder, i, self._resting_ladder, rate) for i, rate in enumerate(self.words.usual.drives)
+        )
+        return one, two
 
     @property
     def start_latency(self) -> float:
@@ -217,7 +231,7 @@ class AwrDrive:
             self._rest()
         self._ask_status(time)
         self._take_events()
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._slow_down(self._usual[1])
         self._cookie = self.words.bake()
         self._cookie_asked = self.unit.now()
@@ -316,7 +330,7 @@ class AwrDrive:
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
             axis.known(axis.at(now).counts, now, math.inf)
             axis.drives_at(rate, now)
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._cookie = self.words.bake()
 
     def _ask_cookie(self) -> None:
@@ -697,7 +711,7 @@ class AwrDrive:
 
     def _words_changed(self) -> None:
         """The drives go as the words say now."""
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         now = self.unit.now()
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
             axis.drives_at(rate, now)

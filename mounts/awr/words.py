@@ -5,6 +5,7 @@ else, one unit of the acceleration of axis 2, is the cookie: it is lost with the
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
@@ -81,6 +82,13 @@ class Words:
     def usual(self) -> Speeds:
         """The same with the drives as they are without a program, so that axis 1 tracks."""
         return self._speeds_with(*_DRIVES, *_SLEWS)
+
+    @property
+    def resting(self) -> Speeds:
+        """The same with both drives off."""
+        usual = self.usual
+        flags = [BY_NAME[f"{name}_flags"].address for name in DRIVES]
+        return replace(usual, ram={**usual.ram, **{each: usual.ram[each] & ~1 for each in flags}})
 
     @property
     def full(self) -> Speeds:

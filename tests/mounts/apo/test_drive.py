@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -556,3 +557,23 @@ def test_exchanged_links_are_refused_before_anything_moves():
     with pytest.raises(WrongProtocol, match="azimuth: its controller has lower soft limit 6 deg, configured -180"):
         bench.connected()
     assert not any(b"MOVE" in line or b"INIT" in line for _, _, line in bench.heard)
+
+
+def test_an_answer_that_a_busy_host_saw_late_makes_no_jump_of_the_next(monkeypatch):
+    bench = Bench().connected()
+    bench.start(100.0, 60.0)
+    bench.run(25.0)
+    axis = bench.drive.axes[0]
+    assert abs(bench.speeds()[0]) > 1.5
+    asked, late = axis.controller.status, iter((0.03, *[0.0] * 6))
+
+    def status():
+        timed = asked()
+        return replace(timed, received=timed.received + next(late))
+
+    monkeypatch.setattr(axis.controller, "status", status)
+    axis.look()
+    bench.clock.sleep(0.25)
+    bench.device.axes[0].clock.set(bench.clock.now(), 0.05)  # so that it is not where it was foreseen
+    axis.look()
+    assert axis.jumped_deg == 0.0

@@ -105,6 +105,21 @@ def test_one_goto_after_the_other_slews_as_fast_as_the_first():
     assert [bench.drive.words.ram[BY_NAME[name].address] for name in ("slew_right", "slew_up")] == slews[0]
 
 
+def test_a_direction_at_rest_is_reached_as_well_as_a_star():
+    bench = Bench()  # with the drive of axis 1 off, both its guide keys lead to larger counts
+    bench.connect()
+    rng, worst = random.Random(6), []  # noqa: S311
+    for _ in range(10):
+        targets = rng.uniform(-2e4, 2e4), rng.uniform(-2e4, 2e4)
+        bench.slew(*targets, rates=(0.0, 0.0))
+        off = [(true - there) for true, there in zip(bench.true(), targets, strict=True)]
+        worst.append(math.hypot(*off) / (0.03 * SIDEREAL))
+        for axis, true in zip(bench.drive.axes, bench.true(), strict=True):
+            axis.known(true, bench.clock.now(), 0.0)
+    print(f"10 gotos to rest: at most {max(worst):.2f} guide steps off")
+    assert sorted(worst)[-2] <= 2.0
+
+
 def test_events_that_wait_behind_those_of_a_blip_are_timed_by_it():
     plays = (200, 300)
     bench = Bench(unit=SimulatorSettings(words=factory(backlash=plays)))
