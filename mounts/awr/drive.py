@@ -118,6 +118,7 @@ class AwrDrive:
             rate_control=True,
             path_nodes=False,
             holds_rate_alone=True,
+            bounds_itself=False,
             units="steps",
             rests_within=max(self.ladder.guide_steps) if self.words.lasting else 0.0,
         )

@@ -91,15 +91,16 @@ def test_park_stops_both_axes_and_the_next_command_goes_on_from_there(tmp_path):
         assert max(map(abs, off_arcsec(scope))) < 6.0 * GUIDE_STEP_ARCSEC
 
 
-def test_tracking_goes_on_without_a_program_and_the_next_one_points_right(tmp_path):
+def test_it_has_no_limits_of_its_own_so_it_is_stopped_when_its_program_ends_and_the_next_one_points_right(tmp_path):
     clock = VirtualClock(T0)
     with opened(tmp_path, clock) as scope:
         star = star_at(scope, 300.0, 45.0)
         scope.goto(star)
-        scope.close(keep_tracking=True)
+        assert not scope.tracks_alone
+        assert not scope.close(keep_tracking=True)
     clock.sleep(1200.0)
     with opened(tmp_path, clock) as scope:
-        assert "the drives went on for 12" in " ".join(scope.status().json["notes"])
+        assert scope.status().json["doing"] == "idle"
         scope.goto(star)
         assert max(map(abs, off_arcsec(scope))) < 5.0 * GUIDE_STEP_ARCSEC
 

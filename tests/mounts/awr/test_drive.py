@@ -2,6 +2,7 @@
 
 import os
 import statistics
+from contextlib import suppress
 
 import pytest
 from awr_bench import SIDEREAL, STILL, Bench, Line
@@ -12,6 +13,7 @@ from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
+from transports.errors import LinkError, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ARCSEC = 0.3  # of a step, of either axis of the example
@@ -231,3 +233,35 @@ def test_at_a_speed_the_keys_of_the_nearest_are_held_until_told_otherwise():
     assert all(abs(each) < 2.0 * most + 1.0 for each, most in zip(off, stated, strict=True))
     assert max(stated) < 20.0
     assert bench.true()[0] < -2500.0
+
+
+def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_were_held():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(2e5, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    bench.clock.sleep(0.25)
+    assert bench.read().axes[0].slewing
+    down = {"since": bench.clock.now()}
+    receive, says = bench.line.receive, bench.line.says
+
+    def dead(*_):
+        raise LinkError("unplugged")
+
+    bench.line.receive = bench.line.says = dead
+    while bench.clock.now() < down["since"] + 3.0:
+        with pytest.raises(LinkError):
+            bench.read()
+        bench.clock.sleep(0.25)
+    assert bench.awr.keys[0] == 1
+    assert bench.guard.armed
+    bench.line.receive, bench.line.says = receive, says
+    with suppress(TransportError):
+        bench.read()
+    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    while any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+    reading = bench.read()
+    assert bench.awr.keys == [0, 0]
+    assert not bench.guard.armed
+    off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
+    assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
