@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
+from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
@@ -101,7 +102,7 @@ class AwrDrive:
         self._stages = 0
         self._course: list[Stage] = []
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
-        self._jogging = False
+        self._jog: Keys | None = None  # the keys that are held until told otherwise
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
         self._slower: tuple[float | None, float | None] = (None, None)
@@ -117,6 +118,7 @@ class AwrDrive:
             rate_control=True,
             path_nodes=False,
             holds_rate_alone=True,
+            bounds_itself=False,
             units="steps",
             rests_within=max(self.ladder.guide_steps) if self.words.lasting else 0.0,
         )
@@ -189,7 +191,7 @@ class AwrDrive:
             self.supervision.unsynchronised,
             now,
             (one, two),
-            moving=self._aims is not None or self._jogging or self.keys.busy,
+            moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
             delay_s=self.keys.delay_s,
@@ -341,7 +343,7 @@ class AwrDrive:
 
     def _reading(self) -> Reading:
         now = self.unit.now()
-        slewing = self._aims is not None or self._jogging
+        slewing = self._aims is not None or self._jog is not None
         axes = []
         for axis in self.axes:
             state = axis.at(now)
@@ -360,6 +362,12 @@ class AwrDrive:
 
     # Slewing ---------------------------------------------------------------------------------------------------
 
+    def _require_ready(self) -> None:
+        if self.supervision.unsynchronised:
+            raise Unsynchronised(self.supervision.unsynchronised)
+        if self.supervision.stopped:
+            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
 
@@ -368,12 +376,10 @@ class AwrDrive:
         Unsynchronised, DriveRefused, AwrError, TransportError
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
-        if self.supervision.unsynchronised:
-            raise Unsynchronised(self.supervision.unsynchronised)
-        if self.supervision.stopped:
-            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        self._require_ready()
         if self.keys.busy:
             self.keys.halt()
+        self._jog = None
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
@@ -435,7 +441,7 @@ class AwrDrive:
 
     def _give_up(self) -> None:
         self._aims = None
-        self._jogging = False
+        self._jog = None
         with suppress(TransportError):
             self.keys.halt()
 
@@ -449,7 +455,7 @@ class AwrDrive:
         DriveRefused, TransportError
             The unit does not take the rate, or does not answer.
         """
-        if self._aims is not None or self.keys.busy or self._jogging or self.supervision.unsynchronised:
+        if self._aims is not None or self.keys.busy or self._jog is not None or self.supervision.unsynchronised:
             return _LEAST_FOLLOW_S
         now = max(time, self.unit.now())
         ahead = path.at(now + _FOLLOW_S)
@@ -470,7 +476,8 @@ class AwrDrive:
         """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
         new, asked = self.words.speeds.of(words), self.unit.now()
         try:
-            axis.drives_at(new, self.words.drive_at(axis.index, words))
+            for went, since in self.words.drive_at(axis.index, words):
+                axis.drives_at(self.words.speeds.of(went), since)
         except (TransportError, DriveError):
             self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
             raise
@@ -508,14 +515,26 @@ class AwrDrive:
         self._beside.stand_by()
 
     def move_at(self, rates: Sequence[float], time: float) -> None:  # noqa: ARG002
-        """Refuse: a key has one of four speeds, and `jog` holds it for a time that is known.
+        """Hold the keys of the speed that comes nearest to the faster axis; called again, say that the host lives.
 
         Raises
         ------
-        DriveRefused
-            Always.
+        Unsynchronised, DriveRefused, AwrError, TransportError
+            As for `start`.
         """
-        raise DriveRefused("the keys have four speeds and no others: `jog` moves an axis by a way, at most so fast")
+        self._require_ready()
+        self.keys.require_hearing()
+        stage = held_at(self.words.speeds.ladder(self.exchange_s), rates)
+        wanted = keys_of(stage)
+        if wanted == self._jog:
+            self.keys.look()
+            self._take_events()
+            return
+        self.keys.halt()
+        self._jog = wanted
+        if stage is not None:
+            self._remember(self.memory)
+            self.keys.begin(stage)
 
     # All else --------------------------------------------------------------------------------------------------
 
@@ -543,7 +562,7 @@ class AwrDrive:
         DriveError, TransportError
             The unit does not confirm it.
         """
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         try:
             self.keys.halt()
         finally:
@@ -700,7 +719,7 @@ class AwrDrive:
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         with suppress(TransportError, DriveError):
             self.keys.halt()
             if not keep_tracking:

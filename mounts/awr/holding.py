@@ -106,6 +106,7 @@ class Holding:
         """What motions lasted, while it is found out what they should; None in all else."""
         self._held: dict[int, _Held] = {}
         self._due: list[tuple[float, int, bool]] = []
+        self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
         self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
         self.moving = (False, False)
         """What the unit told last."""
@@ -152,6 +153,8 @@ class Holding:
         DriveError, TransportError
             The unit does not obey or answer; all keys were released, as far as it listens.
         """
+        if self._must_release:
+            self.let_go()
         try:
             while (until := self._until(soon_s)) is not None:
                 if self._due and self._due[0][0] <= until:
@@ -159,11 +162,12 @@ class Holding:
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
+            self._beside.calm()
+            self._listen(self._unit.now())
         except (DriveError, TransportError):
-            self.let_go()
+            if self._held:
+                self.let_go()
             raise
-        self._beside.calm()
-        self._listen(self._unit.now())
 
     def _unheard(self, axis: int) -> None:
         """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
@@ -325,15 +329,15 @@ class Holding:
     def let_go(self) -> None:
         """Release all keys, whatever was planned, as far as the unit listens; what moved is lost track of."""
         self._due.clear()
-        try:
-            self._unit.release()
-            self._beside.rest()
-        finally:
-            for axis, held in list(self._held.items()):
-                if math.isnan(held.pressed):
-                    del self._held[axis]
-                else:
-                    held.released = min(held.released, self._unit.now())
+        self._must_release = True
+        for axis, held in list(self._held.items()):
+            if math.isnan(held.pressed):
+                del self._held[axis]
+        heard = self._unit.release()
+        self._must_release = False
+        self._beside.rest()
+        for held in self._held.values():
+            held.released = heard if math.isnan(held.released) else held.released
 
     def halt(self) -> None:
         """Release all keys and wait until their motions have ended.
@@ -346,7 +350,6 @@ class Holding:
         now = self._unit.now()
         self.let_go()
         for axis, held in self._held.items():
-            held.released = now if math.isnan(held.released) else held.released
             began = now if held.began is None else held.began.time
             short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
             held.press = short

@@ -33,7 +33,7 @@ RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent ag
 _BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
-_RELEASES = 12
+_RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
 _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
@@ -195,6 +195,7 @@ class Unit:
 
     def _released(self, axis: int) -> None:
         data, error = commands.packet(commands.RELEASES[axis]), None
+        lost_links = 0
         for attempt in range(_RELEASES):
             self._unsettled |= attempt > 0  # an answer to a release that was repeated may still come
             try:
@@ -206,7 +207,9 @@ class Unit:
                         return
             except LinkError as lost:
                 self._drop()
-                error = lost
+                error, lost_links = lost, lost_links + 1
+                if lost_links == _LINKS:
+                    break
             self.damaged += 1
         raise error or NoAnswer(
             f"{self.name}: the unit does not confirm that its keys are released; switch the drive off at its power "
