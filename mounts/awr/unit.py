@@ -212,8 +212,8 @@ class Unit:
                     break
             self.damaged += 1
         raise error or NoAnswer(
-            f"{self.name}: the unit does not confirm that its keys are released; switch the drive off at its power "
-            "switch if it moves"
+            f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
+            "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
         )
 
     def read(self, address: int) -> int | None:
