@@ -135,7 +135,7 @@ class PlanAnswer(AxesAnswer):
 
     @property
     def arrival(self) -> "Time":
-        """When both axes are on the target."""
+        """When both axes are on the target, and the rotator holds what it is to hold."""
         return self.moment
 
     def __str__(self) -> str:
@@ -186,6 +186,7 @@ def plan_answer(
             "target": plan.target,
             "start_utc": utc(plan.start),
             "arrival_utc": utc(plan.arrival),
+            **({} if plan.rotator is None else {"axes_arrival_utc": utc(max(plan.landings))}),
             "eta_s": round(plan.eta, 6),
             "posture": plan.posture,
             "observed": observed(plan.observed, planner.mount.latitude),
@@ -228,7 +229,7 @@ def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str
     angles = plan.axes[0].angle, plan.axes[1].angle
     if plan.trajectory is not None:
         return {"pass": _pass(planned_pass(plan.trajectory.anew(), plan.arrival, angles), planner)}
-    found = next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival)
+    found = next_limit(Trajectory(planner, target, plan.posture, angles), max(plan.landings))
     if found is None:
         return {"next_limit": None}
     return {"next_limit": {**(limit_answer(found) or {}), **_lost(regained(planner, target, found[0]), found[0])}}

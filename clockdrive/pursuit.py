@@ -63,6 +63,10 @@ class Pursuit:
         """What the rotator holds; None without a rotator."""
         return None if self._rotator is None else self._rotator.held.hold
 
+    def turns_at(self, time: float) -> bool:
+        """Whether the rotator is still on its way to what it is to hold."""
+        return self._rotator is not None and time < self._rotator.since
+
     @property
     def led(self) -> bool:
         """Whether the axes are led, for the target is too fast to be left to the drive alone."""

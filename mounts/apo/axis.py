@@ -32,6 +32,7 @@ _FORGETS = 0.8  # from answer to answer, of how late one was
 _LATE_S = 0.01
 _STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
+_PRINTED_DEG_S = 5e-6  # of a velocity, which a drift goes on at
 _PRINTED_S = 0.001
 
 
@@ -90,7 +91,7 @@ class ControlledAxis:
         """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
         self.answered = 0.0
         """POSIX seconds of the last answer to a node."""
-        self._raw_at = 0.0  # POSIX seconds of it
+        self._raw_at = 0.0  # POSIX seconds before which it was not given
         self._raw: Drift | None = None  # the last answer that told position and time
         self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
@@ -107,6 +108,11 @@ class ControlledAxis:
     def word(self) -> StatusWord:
         """All that stands: what is latched and what was seen last."""
         return self.latched if self.sight is None else self.latched | self.sight.word
+
+    @property
+    def is_anothers(self) -> bool:
+        """Whether it was last seen with the semaphore in somebody else's hands: it takes no moves from this host."""
+        return self.sight is not None and self.sight.word.has("semaphore_taken")
 
     # Asking ----------------------------------------------------------------------------------------------------
 
@@ -168,7 +174,7 @@ class ControlledAxis:
                 self._unconfirmed_deg = off
                 if confirmed and self._raw is not None:
                     self._judge_jump(self._raw, timed)
-                self._raw, self._raw_at = timed.value, timed.received
+                self._raw, self._raw_at = timed.value, timed.sent
                 return timed
             before = timed
         raise WrongAnswer(
@@ -191,7 +197,8 @@ class ControlledAxis:
         unsure = _PRINTED_S + self.offset.uncertainty_s
         off, gained = abs(told.position_deg - position), abs(told.velocity_deg_s * (1.0 + clock.gain) - velocity)
         by_the_clock = abs(velocity) * unsure, self.settings.acceleration_deg_s2 * unsure
-        return off if max(off - by_the_clock[0], gained - by_the_clock[1]) <= _FORESEEN else None
+        drifted = self.queue.drifted_s(time) * _PRINTED_DEG_S
+        return off if max(off - by_the_clock[0] - drifted, gained - by_the_clock[1]) <= _FORESEEN else None
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
@@ -211,7 +218,11 @@ class ControlledAxis:
         return timed.sent - unsure <= told <= timed.received + unsure
 
     def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
-        """Note how far the position is from where the axis can have come since the last one, by the host's time."""
+        """Note how far the position is from where the axis can have come since the last one, by the host's time.
+
+        From the request of that to the end of this answer it has had the longest time: either may have been under way
+        for as long as the host was busy.
+        """
         seconds = timed.received - self._raw_at
         fastest = max(abs(before.velocity_deg_s), abs(timed.value.velocity_deg_s))
         reach = (fastest + self.settings.acceleration_deg_s2 * seconds) * seconds + _STAND_DEG
@@ -222,7 +233,7 @@ class ControlledAxis:
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
         if self._raw is not None and not self._raw.clock_is_set:
-            return f"{self.name}: the controller's clock is not set; set it, then INIT"
+            return f"{self.name}: the controller's clock is not set; {self._sets_it}, then INIT"
         off = self.offset.value
         if abs(off) <= tai.LARGEST_OFFSET_S:
             return ""
@@ -230,8 +241,12 @@ class ControlledAxis:
         scale = f", as if it kept {kept} instead of TAI" if kept else ""
         return (
             f"{self.name}: the controller's clock is {off:+.3f} s off{scale}, more than {tai.LARGEST_OFFSET_S:g} s; "
-            "set it, and check the host's own clock"
+            f"{self._sets_it}, and check the host's own clock"
         )
+
+    @property
+    def _sets_it(self) -> str:
+        return "`drive set-time` sets it" if self.latched.kind == "sdss" else "set it"
 
     def require_clock(self) -> None:
         """Refuse a controller whose clock is too far off.

@@ -12,6 +12,13 @@ from mounts.apo.trust import Trust
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
 
+MOVES = 1e-4
+"""Degrees per second, below which an axis stands."""
+_ANOTHERS = (
+    "somebody else has its semaphore, so it takes no MOVE from this host; it goes to the end of its path, or is "
+    "stopped by whoever has the semaphore, or by the stop button"
+)
+
 
 class AxisGroup:
     """The axes of a telescope.
@@ -80,11 +87,13 @@ class AxisGroup:
         """
         errors: list[DriveError | TransportError] = []
         for i in self._silent_last():
+            axis = self.axes[i]
             try:
-                self.axes[i].halt(abruptly=abruptly)
+                axis.halt(abruptly=abruptly)
             except (DriveError, TransportError) as error:
-                self.axes[i].let_expire()
-                errors.append(error)
+                axis.let_expire()
+                if left := _unhalted(axis, error):
+                    errors.append(left)
         if errors:
             raise errors[0]
 
@@ -95,7 +104,7 @@ class AxisGroup:
             self._trust.restarted(i, axis.sight)
             axis.jumped_deg = 0.0  # that was judged with it
             axis.offset.forget()
-        if axis.must_init:
+        if axis.must_init and not axis.is_anothers:
             axis.initialise()
             axis.look()
 
@@ -119,6 +128,11 @@ class AxisGroup:
             self.free(i)
             axis.require_clock()
         self.require_synchronised()
+        if theirs := [axis.name for axis in self.axes if axis.is_anothers]:
+            raise DriveRefused(
+                f"{' and '.join(theirs)} semaphore taken: somebody else moves this telescope, and its controllers "
+                "take no moves from this host; have the semaphore given back there"
+            )
         if standing := supervision.alarms(self.axes):
             raise DriveRefused(f"{', '.join(standing)}, after INIT too; find the cause before moving")
 
@@ -135,3 +149,16 @@ class AxisGroup:
 
     def _silent_last(self) -> Iterator[int]:
         yield from sorted(range(len(self.axes)), key=lambda i: i in self.silent)
+
+
+def _unhalted(axis: ControlledAxis, error: DriveError | TransportError) -> DriveError | TransportError | None:
+    """What is to be said of an axis that could not be told to halt; nothing of one that stands in another's hands."""
+    if isinstance(error, TransportError):
+        return error
+    try:
+        sight = axis.look()
+    except TransportError:
+        return error
+    if not axis.is_anothers:
+        return error
+    return DriveRefused(f"{axis.name}: {_ANOTHERS}") if abs(sight.velocity) > MOVES else None

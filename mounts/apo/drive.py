@@ -14,19 +14,21 @@ from contextlib import contextmanager, suppress
 
 from mounts.apo import supervision
 from mounts.apo.axis import ControlledAxis, Sight
-from mounts.apo.axis_group import AxisGroup
+from mounts.apo.axis_group import MOVES, AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
+from mounts.apo.clock_setting import ClockSet, require_settable, set_clock
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
+from mounts.apo.exchanged import exchanged
 from mounts.apo.following import Follower
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.stowing import Stowing
 from mounts.apo.trust import Trust
-from mounts.apo.watch import MOVES, Watch
+from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveError, DriveRefused, Unsynchronised
+from mounts.errors import DriveError, DriveRefused, Unsynchronised, WrongProtocol
 from pointing.plan import Leading
 from transports.errors import TransportError
 
@@ -126,19 +128,21 @@ class ApoDrive:
         Raises
         ------
         WrongProtocol, DriveRefused, TransportError
-            No controller answers on a line, or one refuses to be initialised.
+            No controller answers on a line, or that of another axis; or one refuses to be initialised.
         """
-        for axis in self._axes:
-            identified(axis)
+        identities = [identified(axis) for axis in self._axes]
+        found = [settings_of(axis) for axis in self._axes]
+        if text := exchanged(self._settings.axes, identities, found):
+            raise WrongProtocol(text)
         if make_safe:
             self._halt_all(time)
         self._notes = []
-        for i, axis in enumerate(self._axes):
+        for i, (axis, told_of) in enumerate(zip(self._axes, found, strict=True)):
             if axis.look().word.restarted:
                 self._notes.append(f"{axis.name}: the controller had restarted; it was initialised")
             self._group.free(i)
             self._group.found(i)
-            self._notes += settings_notes(axis)
+            self._notes += settings_notes(axis, told_of)
         return self.read(time)
 
     # Reading ---------------------------------------------------------------------------------------------------
@@ -210,6 +214,8 @@ class ApoDrive:
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Begin a slew of all axes: DRIFT, then nodes from there to where the target is at the arrival.
 
+        An axis that is given no target, a rotator, is halted: what it followed is followed no more.
+
         Raises
         ------
         Unsynchronised, DriveRefused
@@ -221,6 +227,8 @@ class ApoDrive:
         self._follower.end()
         self._halted = None
         with self._halted_on_failure(time):
+            for axis in self._axes[len(axes) :]:
+                axis.halt()
             return min(self._ways.slew(i, slew, time) for i, slew in enumerate(axes))
 
     def follow(self, path: AxisPath, time: float) -> float:
@@ -307,6 +315,20 @@ class ApoDrive:
         self._remember(self.memory)
         self.read(time)
 
+    def declare(self, number: int, counts: float, time: float) -> None:
+        """Set the position of one axis alone, by its number from 0; raises as `sync`. All axes are halted for it."""
+        if any(due is not None for due in self._ways.arrivals):
+            raise DriveRefused("a slew is under way; `stop`, then sync")
+        axis = self._axes[number]
+        was = at_slow_speed(axis, time)
+        self._halt_all(time)
+        self._trust.lose_axis(number, f"{axis.name}: a sync was cut short; `sync` again")
+        self._remember(self.memory)
+        declare(axis, counts - was)
+        self._trust.declared(number)
+        self._remember(self.memory)
+        self.read(time)
+
     def stop(self, time: float) -> None:
         """End all motion: MOVE on every axis, and an error only after all were told."""
         self._halt_all(time)
@@ -344,6 +366,18 @@ class ApoDrive:
             self._trust.set_by_hand(i)
             self._remember(self.memory)
         return given
+
+    def set_clocks(self, time: float) -> Sequence[ClockSet]:
+        """Have the clocks of all controllers set, and say how far they were and are off; everything halts for it.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            These controllers have no command for it; a clock is not right afterwards; an axis does not answer.
+        """
+        require_settable(self._settings.kind)
+        self._halt_all(time)
+        return [set_clock(axis) for axis in self._axes]
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - see `capabilities`
         """Halt all axes, as none holds its rate alone; close the lines."""

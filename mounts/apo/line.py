@@ -243,5 +243,6 @@ class Line:
                 "baud rate, and that no other program uses the line"
             )
         raise NoAnswer(
-            f"{link.name}: no answer within {self._timeout:g} s to {text!r}; check power, cable and baud rate"
+            f"{link.name}: no answer within {self._timeout:g} s to {text!r}; check power, cable and baud rate, and "
+            "drive.timeout_s of a slow link"
         )

@@ -85,6 +85,11 @@ class NodeQueue:
         """The nodes still to be passed at `time`."""
         return tuple(self._nodes[bisect_right(self._times, time) :])
 
+    def drifted_s(self, time: float) -> float:
+        """For how long it has been on the line of a DRIFT by then, seconds; 0 where nodes say where it is."""
+        known = self._line is not None and not self._forgotten and bisect_right(self._times, time) == 0
+        return max(0.0, time - self._line.time) if known and self._line else 0.0
+
     def at(self, time: float) -> tuple[float, float] | None:
         """Position and velocity that the path has at a time; None where it says nothing."""
         place = bisect_right(self._times, time)

@@ -28,12 +28,12 @@ def notes(axes: Sequence[ControlledAxis], lost: Collection[int]) -> tuple[str, .
     clocks = (
         f"{axis.name}: the controller's clock is {axis.offset.value:+.4f} s off; node times are corrected for it"
         for axis in axes
-        if axis.offset.value
+        if axis.offset.value and not axis.clock_trouble()
     )
     warned = (f"{text} since the last INIT" for text in warnings(axes))
     unknown = (
-        f"{axes[i].name}: its position is not known; turn it to where that is, then "
-        f"`drive raw {axes[i].name} SET.POSITION DEGREES`"
+        f"{axes[i].name}: its position is not known, and the sky tells it by an image only: `sync --position-angle "
+        "DEG` of a solved image, or `sync --rotator-angle DEG` read on its scale"
         for i in sorted(lost)
         if i > 1
     )

@@ -97,9 +97,15 @@ class Trust:
     def set_by_hand(self, axis: int) -> None:
         """A person has set the position of an axis: it may be wrong, but a rotator's is what they say."""
         if axis > 1:
-            self.lost_axes.discard(axis)
+            self.declared(axis)
         else:
             self.lose(f"{self._settings.axes[axis].name}: its position was changed by hand; `sync` on a target")
+
+    def declared(self, axis: int) -> None:
+        """The position of one axis is right from now on; so are all, where it alone was in doubt."""
+        self.lost_axes.discard(axis)
+        if not self.lost_axes and self.unsynchronised.startswith(f"{self._settings.axes[axis].name}: "):
+            self.unsynchronised = ""
 
     def synchronised(self, axes: int) -> None:
         """The position of the first so many axes is right from now on; the sky tells nothing of a rotator."""

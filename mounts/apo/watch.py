@@ -4,15 +4,13 @@ from collections.abc import Mapping, Sequence
 
 from mounts.apo import supervision
 from mounts.apo.axis import Sight
-from mounts.apo.axis_group import AxisGroup
+from mounts.apo.axis_group import MOVES, AxisGroup
 from mounts.apo.settings import ApoSettings
 from mounts.apo.stowing import Stowing
 from mounts.apo.trust import Trust
 from mounts.apo.ways import Ways
 from mounts.drive import AxisReading, Reading
 
-MOVES = 1e-4
-"""Degrees per second, below which an axis stands."""
 _ANYWHERE_DEG = 360.0
 _ABRUPT = 10.0  # times the configured acceleration, with which a stop button or a limit switch may halt an axis
 _DRY_S = 0.5  # by which a path may have ended before the axis is halted

@@ -7,6 +7,7 @@ tracking begins a whole step. So axis 1 is at a whole step when a move begins, c
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from mounts.avr_box.encoders import Encoder
 from mounts.avr_box.memory import KeptAxis, KeptMove
@@ -17,9 +18,13 @@ from mounts.avr_box.tick_clock import TickClock
 from mounts.avr_box.timers import CRYSTAL_HZ, SLEW_GEARS
 from mounts.reckoning import Motion, Reckoned, Reckoning
 
+if TYPE_CHECKING:
+    from mounts.avr_box.landing import Aim
+
 AFTER_S = 0.1  # between the computed end of a move and the next command to the axis
 FINE_STEP_S = 2 * SLEW_GEARS[1].low * 256 / CRYSTAL_HZ
 """Of a microstep of `<` and `>`: the slowest of the low gear (A)."""
+_ROUNDING = 1e-6
 _INTERRUPTED = 0.5  # microsteps by which a move may begin elsewhere than reckoned
 
 
@@ -66,14 +71,18 @@ class BoxAxis:
         self._whole = kept.counts  # a place at which it was on a whole step
         self._moves: list[KeptMove] = []
         self.waiting: list[Waiting] = []
-        self.aim: float | None = None
-        """Where the slew under way is to end, counts."""
+        self.aim: Aim | None = None
+        """Where the slew under way is to end, and when."""
         self.slew_ends = -math.inf
         """When the slew under way ends, or ended."""
         self.guided_until = -math.inf
         """When the rate is its own again, or the last microstep of `<` or `>` is made."""
         self.unproved = False
         """Whether a move was sent since the encoder last agreed."""
+        self.asked = 0
+        """Microsteps, signed, of the moves since its encoder last agreed at rest."""
+        self.corrected = 0.0
+        """Microsteps by which its encoder had it farther on since then."""
         for move in kept.moves:
             self.moved(move.half, move.sign, move.begin)
 
@@ -123,11 +132,16 @@ class BoxAxis:
 
     def starts_from(self, time: float) -> float:
         """Where a move that begins then begins, counts."""
-        here = self.at(time).counts
         if self.index != 0:
-            return here
-        made = self.sign * (here - self._whole)
-        return self._whole + self.sign * math.floor(made + 1e-6)
+            return self.at(time).counts
+        return self._whole + self.sign * math.floor(self._tracked(time))
+
+    def part_made(self, time: float) -> float:
+        """What part of a microstep of tracking is under way then."""
+        return self._tracked(time) % 1.0
+
+    def _tracked(self, time: float) -> float:
+        return self.sign * (self.at(time).counts - self._whole) + _ROUNDING
 
     def duration(self, half: int) -> float:
         """Seconds of a move of twice `half` microsteps."""
@@ -145,6 +159,7 @@ class BoxAxis:
         self._whole = start + 2 * half * sign
         self._moves.append(KeptMove(half, sign, begin))
         self.unproved = True
+        self.asked += 2 * half * sign
         if slew:
             self.slew_ends = max(self.slew_ends, motion.end)
 
@@ -169,6 +184,10 @@ class BoxAxis:
         """It is known where it is; what is under way goes on from there."""
         self.reckoning.known(counts, time, uncertainty)
         self._whole = counts
+
+    def agreed(self) -> None:
+        """Its encoder says, at rest, what is reckoned."""
+        self.unproved, self.asked, self.corrected = False, 0, 0.0
 
     def halted(self, counts: float, time: float, uncertainty: float) -> None:
         """Whatever was under way is over, and it is known where it stands."""

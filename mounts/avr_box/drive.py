@@ -8,36 +8,27 @@ that is silent then may have taken the question for the rest of the move.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 
-from mounts.avr_box import commands, following, guiding
-from mounts.avr_box.axis import BoxAxis, Waiting
+from mounts.avr_box import commands, following
+from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
-from mounts.avr_box.guiding import GuideRates
 from mounts.avr_box.memory import Kept
+from mounts.avr_box.moves import Moves
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.slew_model import AvrSlewModel
 from mounts.avr_box.slew_table import laws
+from mounts.avr_box.slewing import Slews
 from mounts.avr_box.supervision import Supervision
 from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
+from mounts.avr_box.tick_watch import TickWatch
+from mounts.avr_box.tracking import RECHECK_S, Tracker
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
 from pointing.plan import Leading
-from transports.errors import TransportError
 
-_COMMAND_BYTES = 6  # of a move
-_SOON_S = 0.5  # within which `read` waits for the time of a piece
-_SHORT_S = 5.0  # that a move of `follow` takes at most, for a slew to wait for it
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
-_PHASE_S = 0.02  # to which it must be known before guiding
-_LOOK_S = 1.2  # in which the first tick must have been seen
-_RECHECK_S = 0.5
-_FOLLOW_S = 5.0  # at most until a path is looked at again
 _UNATTENDED = 3e-3  # of the way that it tracked while nobody looked: the divisor, or a PEC that was switched on
 _GUIDED_S = 118.0  # for which guiding goes on at most when its host is gone
-_CORRECTED = 2000  # microsteps by which the last piece of a slew makes up for what the others were off
-_EXCHANGE_S = 0.05  # of a question and its answer
-_ROUNDS = 4  # of solving where both land, each later than the one before by less
 _NO_STOP = "the box has no stop: {} in {:.1f} s, and no further move is sent; its power switch stops it at once"
 
 
@@ -65,7 +56,6 @@ class AvrBoxDrive:
     ) -> None:
         self._box = box
         self._settings = settings
-        self._remember = remember
         kept = Kept.of(memory, settings.meaning)
         doubt = kept.crystal_uncertainty
         self._ticks = TickClock(kept.crystal, CRYSTAL_UNCERTAINTY if doubt is None else doubt)
@@ -75,11 +65,12 @@ class AvrBoxDrive:
             for i, law in enumerate(laws(settings.slew_table))
         )
         self.axes = (one, two)
-        self.supervision = Supervision(box, self.axes, kept.unsynchronised, kept.time)
+        self.supervision = Supervision(box, self.axes, self._ticks, kept.unsynchronised, kept.time)
+        self._watch = TickWatch(box, self._ticks, self.axes)
+        self._moves = Moves(box, settings, self.supervision, self._watch, lambda: remember(self.memory))
+        self._slews = Slews(box, self.axes, self._moves)
+        self._tracker = Tracker(box, settings, self.axes, self._moves, self._ticks, self._watch)
         self._resting = kept.resting
-        self._sending = False
-        self._sent = False  # a move, after which nothing was asked
-        self._asked_ticks = -math.inf
         self._own_notes: tuple[str, ...] = ()
 
     # What it is ------------------------------------------------------------------------------------------------
@@ -106,15 +97,7 @@ class AvrBoxDrive:
     @property
     def start_latency(self) -> float:
         """The line time of a move, and what is left of a short one that is under way."""
-        return self._line_s + max(0.0, self._free_at - self._box.now())
-
-    @property
-    def _line_s(self) -> float:
-        return _COMMAND_BYTES * self._box.byte_s + self._box.delay_s
-
-    @property
-    def _free_at(self) -> float:
-        return max(*(axis.free_at for axis in self.axes), self.axes[1].guided_until)
+        return self._moves.line_s + max(0.0, self._slews.free_at - self._box.now())
 
     @property
     def axes_land_together(self) -> bool:
@@ -139,7 +122,7 @@ class AvrBoxDrive:
             self._ticks.crystal,
             self._ticks.crystal_uncertainty,
             self._resting,
-            self._sending,
+            self._moves.sending,
             self._settings.meaning,
         ).as_json()
 
@@ -158,9 +141,8 @@ class AvrBoxDrive:
         TransportError, WrongProtocol
             Nothing answers, or nothing that is a stepper box.
         """
-        self._see_a_tick(self._box.ask(commands.ASK_PEC))
-        names = ("ra_guiding", "dec_guiding", *(("pec",) if self._settings.pec else ()))
-        self._box.send(commands.flags(*names))
+        self._watch.see_a_tick()
+        self._write_flags(pec=self._settings.pec)
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
         self._resting |= make_safe
@@ -168,21 +150,9 @@ class AvrBoxDrive:
         self.supervision.found()
         return self._reading()
 
-    def _see_a_tick(self, first: Told) -> None:
-        """Ask for the bin until it changes, which is the tick."""
-        self._heard(first)
-        due = first.latest + _LOOK_S
-        while self._ticks.uncertainty_s > _PHASE_S and self._box.now() < due:
-            told = self._box.ask(commands.ASK_PEC)
-            self._heard(told)
-
-    def _heard(self, told: Told) -> None:
-        before = self._ticks.crystal
-        self._ticks.heard(told.pair.one, told.earliest, told.latest)
-        self._asked_ticks = told.latest
-        if self._ticks.crystal != before:
-            for axis in self.axes:
-                axis.crystal_measured(told.latest)
+    def _write_flags(self, *, pec: bool) -> None:
+        """A box that was switched on has them otherwise, and cannot be asked for them."""
+        self._box.send(commands.flags("ra_guiding", "dec_guiding", *(("pec",) if pec else ())))
 
     def _unattended(self, time: float) -> None:
         """While nobody looked it tracked on: how far, and how surely."""
@@ -190,7 +160,7 @@ class AvrBoxDrive:
         if not math.isfinite(away) or self.supervision.unsynchronised:
             return
         axis = self.axes[0]
-        rates = GuideRates.of(self._settings.own_rate, self._settings.guide_counts, self._ticks.crystal)
+        rates = self._tracker.rates
         doubt = away * rates.own * _UNATTENDED + min(away, _GUIDED_S) * (rates.faster - rates.own)
         here = axis.at(time)
         axis.known(here.counts, time, here.uncertainty + max(0.0, doubt))
@@ -210,11 +180,11 @@ class AvrBoxDrive:
         TransportError, DriveRefused
             The box does not answer, or must not be asked.
         """
-        self._send_due()
+        self._slews.send_due()
         if self._settings.encoder_counts_per_turn:
             self.supervision.look()
-        if self._box.now() - self._asked_ticks > _TICKS_EVERY_S or not self._settings.encoder_counts_per_turn:
-            self._heard(self._box.ask(commands.ASK_PEC))
+        if self._box.now() - self._watch.asked > _TICKS_EVERY_S or not self._settings.encoder_counts_per_turn:
+            self._watch.ask()
         return self._reading()
 
     def _reading(self) -> Reading:
@@ -233,10 +203,10 @@ class AvrBoxDrive:
             unsynchronised=self.supervision.unsynchronised,
         )
 
-    # Slewing ---------------------------------------------------------------------------------------------------
+    # Moving ----------------------------------------------------------------------------------------------------
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
-        """Send the first piece of each axis; the others are sent by `read`.
+        """Begin a slew; the pieces that come later are sent by `read`.
 
         Raises
         ------
@@ -245,185 +215,16 @@ class AvrBoxDrive:
         """
         if self.supervision.unsynchronised:
             raise Unsynchronised(self.supervision.unsynchronised)
-        self._settle(time)
-        began = self._box.now() + self._line_s
-        aims = self._aims(axes, began)
         self._resting = not any(slew.rate_after for slew in axes)
-        for axis, aim, slew in zip(self.axes, aims, axes, strict=False):
-            self._plan(axis, aim, slew, began)
-        self._send_due()
-        return began
-
-    def _settle(self, time: float) -> None:
-        """Wait for a short move that is under way; nothing else may be."""
-        busy = self._free_at - time
-        if busy > _SHORT_S:
-            raise DriveRefused(f"the axes still move for {busy:.1f} s, and no command ends that: wait for it")
-        self._box.pause(self._free_at)
-
-    def _aims(self, axes: Sequence[AxisSlew], began: float) -> list[float]:
-        """Where each axis is to land, so that both are right when the later one does: each then goes its own rate."""
-        aims = [slew.target for slew in axes[:2]]
-        for _ in range(_ROUNDS):
-            durations = [
-                self._model(axis, slew).travel(axis.at(began).counts, aim, 0.0, 0.0).duration
-                for axis, aim, slew in zip(self.axes, aims, axes, strict=False)
-            ]
-            planned = [slew.arrival for slew in axes[:2]]
-            apart = [max(durations) - own for own in durations]
-            # A target was given for its planned landing, at the rate with which the path goes on from there.
-            late = [0.0 if due is None else began + own - due for due, own in zip(planned, durations, strict=True)]
-            aims = [
-                slew.target + slew.rate_after * (gap + behind) - axis.own_rate * gap
-                for axis, slew, gap, behind in zip(self.axes, axes, apart, late, strict=False)
-            ]
-        return aims
-
-    def _model(self, axis: BoxAxis, slew: AxisSlew) -> AvrSlewModel:
-        return axis.model if slew.max_rate is None else axis.model.limited(slew.max_rate)
-
-    def _plan(self, axis: BoxAxis, aim: float, slew: AxisSlew, begin: float) -> None:
-        travel = self._model(axis, slew).travel(axis.at(begin).counts, aim, 0.0, 0.0)
-        axis.abandon()
-        axis.aim = aim
-        axis.slew_ends = begin + travel.duration
-        axis.waiting = [Waiting(piece, begin + piece.begin) for piece in travel.pieces]
-
-    def _send_due(self) -> None:
-        """Send the pieces whose time comes before the next look, each at its time."""
-        while due := sorted((axis.waiting[0].begin, axis.index) for axis in self.axes if axis.waiting):
-            begin, index = due[0]
-            if begin > self._box.now() + _SOON_S:
-                break
-            if self._sent and begin > self._box.now() + _EXCHANGE_S:
-                self._prove()
-            self._send_piece(self.axes[index])
-        if self._sent:
-            self._prove()
-
-    def _send_piece(self, axis: BoxAxis) -> None:
-        """Send the next piece at its time; the last one for where the axis is by then."""
-        waiting = axis.waiting[0]
-        steps, begin = waiting.piece.steps, max(waiting.begin, axis.free_at)
-        if len(axis.waiting) == 1 and axis.aim is not None:
-            steps, begin = self._last(axis, axis.aim, waiting)
-        self._box.pause(begin - self._line_s)
-        axis.waiting.pop(0)
-        if steps:
-            self._move(axis, abs(steps) // 2, 1 if steps > 0 else -1, slew=True)
-
-    def _last(self, axis: BoxAxis, aim: float, planned: Waiting) -> tuple[int, float]:
-        """Microsteps that lead to the aim from where the axis is when it begins; as planned where they cannot."""
-        begin, per_half = max(planned.begin, axis.free_at), self._settings.wire_per_half
-        half = round((aim - axis.starts_from(begin)) / 2.0)
-        wire, alike = abs(half) * per_half, abs(2 * half - planned.piece.steps) < _CORRECTED
-        good = alike and abs(half) <= axis.model.longest_half and commands.harmless_below(wire, per_half) == wire
-        return (2 * half if good else planned.piece.steps), begin
-
-    def _move(self, axis: BoxAxis, half: int, sign: int, *, slew: bool = False) -> None:
-        """Send a move; it is remembered before, and the box asked after."""
-        command = commands.move(
-            axis.index, half * self._settings.wire_per_half, decreasing=sign < 0, axis_bit=self._settings.axis_bit
-        )
-        self._sending = True
-        self._remember(self.memory)
-        begin = self._box.send(command)
-        axis.moved(half, sign, begin, slew=slew)
-        self._sending = False
-        self._remember(self.memory)
-        self._sent = True
-
-    def _prove(self) -> None:
-        """Ask after what was sent: a box that took the question for the rest of a move is silent."""
-        self._sent = False
-        with suppress(TransportError):
-            self._heard(self._box.ask(commands.ASK_PEC, tries=1))
-            return
-        self.supervision.suspect()
-
-    # Following -------------------------------------------------------------------------------------------------
+        return self._slews.begin(axes, time)
 
     def follow(self, path: AxisPath, time: float) -> float:
         """Keep both axes on a path by `+`, `-`, `<`, `>` and short moves; on one at rest, hold them short of it."""
         self._resting = all(rate == 0.0 for _, rate in path.at(time)[:2])
         idle = bool(self.supervision.unsynchronised) or self.supervision.on_trial
         if idle or any(axis.slewing(time) for axis in self.axes):
-            return _RECHECK_S
-        return min(self._follow_one(path), self._follow_two(path), _FOLLOW_S)
-
-    def _follow_one(self, path: AxisPath) -> float:
-        axis, now = self.axes[0], self._box.now()
-        ahead, wanted = self._ahead(axis, path, now)
-        rates = GuideRates.of(self._settings.own_rate, self._settings.guide_counts, self._ticks.crystal)
-        band = following.band_of(wanted, rates)
-        if now < axis.free_at:
-            return axis.free_at - now
-        drift = axis.at(now).rate * axis.sign - wanted
-        if not band.low <= ahead <= band.high:
-            half = following.move_back(ahead, wanted, band, axis.duration)
-            self._short_move(axis, half * axis.sign)
-            return axis.free_at - self._box.now()
-        if wanted and now >= axis.guided_until:
-            self._guide(path, rates)
-            now = self._box.now()
-            ahead, wanted = self._ahead(axis, path, now)
-            drift = axis.at(now).rate * axis.sign - wanted
-            due = axis.guided_until - now if now < axis.guided_until else guiding.EVERY_S / 2.0
-        else:
-            due = axis.guided_until - now if now < axis.guided_until else math.inf
-        return max(0.05, min(due, following.leaves_in(ahead, drift, band)))
-
-    def _ahead(self, axis: BoxAxis, path: AxisPath, time: float) -> tuple[float, float]:
-        """By how many microsteps an axis is ahead of its path, and the path's rate, both with the axis's angle."""
-        counts, rate = path.at(time)[axis.index]
-        return axis.sign * (axis.at(time).counts - counts), axis.sign * rate
-
-    def _guide(self, path: AxisPath, rates: GuideRates) -> None:
-        """Send `+` or `-` in the middle of a tick, where that is due."""
-        axis, tick = self.axes[0], self._ticks.tick_s
-        if self._guided_last + guiding.EVERY_S > self._box.now() and rates.reach(
-            self._ahead(axis, path, self._box.now())[1]
-        ):
-            return
-        if self._ticks.uncertainty_s > _PHASE_S * 3.0:
-            self._see_a_tick(self._box.ask(commands.ASK_PEC))
-        lead = 2 * self._box.byte_s + self._box.delay_s
-        self._box.pause(self._box.now() + guiding.sent_after(self._ticks.since_tick(self._box.now() + lead), tick))
-        begin = self._box.now() + lead
-        ahead, wanted = self._ahead(axis, path, begin)
-        pulse = guiding.pulse(ahead, wanted, rates, self._ticks.since_tick(begin), tick)
-        self._guided_last = begin
-        if pulse is None:
-            return
-        command = commands.faster(pulse.ticks) if pulse.sign > 0 else commands.slower(pulse.ticks)
-        begin = self._box.send(command)
-        ends = pulse.ticks * tick - self._ticks.since_tick(begin)
-        axis.guided(axis.sign * (rates.faster if pulse.sign > 0 else rates.slower), begin, ends)
-
-    _guided_last = -math.inf
-
-    def _follow_two(self, path: AxisPath) -> float:
-        axis, now = self.axes[1], self._box.now()
-        busy = max(axis.free_at, axis.guided_until) - now
-        if busy > 0.0:
-            return busy
-        ahead, wanted = self._ahead(axis, path, now)
-        if steps := following.single_steps(ahead):
-            command = commands.north(steps) if steps > 0 else commands.south(-steps)
-            axis.stepped(steps * axis.sign, self._box.send(command))
-        elif abs(ahead) >= 1.0:
-            half = round(-ahead / 2.0)
-            self._short_move(axis, half * axis.sign)
-        return _RECHECK_S if wanted == 0.0 else min(_FOLLOW_S, max(_RECHECK_S, 1.0 / abs(wanted)))
-
-    def _short_move(self, axis: BoxAxis, half: int) -> None:
-        most = axis.model.longest_half
-        steps = commands.harmless_below(
-            min(abs(half), most) * self._settings.wire_per_half, self._settings.wire_per_half
-        )
-        if steps:
-            self._move(axis, steps // self._settings.wire_per_half, 1 if half > 0 else -1)
-            self._prove()
+            return RECHECK_S
+        return self._tracker.follow(path)
 
     # All else --------------------------------------------------------------------------------------------------
 
@@ -455,6 +256,7 @@ class AvrBoxDrive:
             ahead = axis.at(now).rate * (now - time)
             axis.known(here + ahead, now, 0.5)
         self.supervision.synchronised()
+        self._write_flags(pec=self._settings.pec)
 
     def stop(self, time: float) -> None:
         """Send no further piece, and hold axis 1 from then on where `follow` says.
@@ -486,8 +288,7 @@ class AvrBoxDrive:
 
     def registers(self) -> Mapping[str, str]:
         """All that it can be asked, and what is known of its clock."""
-        pec = self._box.ask(commands.ASK_PEC)
-        self._heard(pec)
+        pec = self._watch.ask()
         shown = {"pec_bin": str(pec.pair.one), "pec_zero": str(pec.pair.two)}
         if self._settings.encoder_counts_per_turn:
             said = self._box.ask(commands.ASK_ENCODERS).pair
@@ -509,6 +310,15 @@ class AvrBoxDrive:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
 
+    def begin_trial(self) -> None:
+        """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
+        self.supervision.on_trial = True
+        self._write_flags(pec=False)
+
+    def guide_trial(self, ticks: int) -> float:
+        """Send `+`, and return for how many seconds it makes axis 1 faster."""
+        return self._tracker.guide_for(ticks)
+
     def send_trial(self, index: int, half: int, *, falling: bool) -> int:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
@@ -518,6 +328,8 @@ class AvrBoxDrive:
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""
+        if self.supervision.on_trial:
+            self._write_flags(pec=self._settings.pec)
         self.supervision.resumed()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002

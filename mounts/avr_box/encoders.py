@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 TRUST_COUNTS = 1.5  # by which what is said may differ from what is reckoned exactly: both are rounded
 _CLEAR_COUNTS = 0.7  # of way that tell its sense
-_ROUNDED_COUNTS = 1.2
+ROUNDED_COUNTS = 1.2  # by which a way may differ from what is said of it
 
 
 @dataclass
@@ -33,10 +33,9 @@ class Encoder:
         """Microsteps of a count."""
         return abs(self.steps_per_count)
 
-    @property
-    def counted(self) -> float:
-        """Counts when both last agreed."""
-        return 0.0 if self.proved is None or self.zero is None else (self.proved - self.zero) / self.steps_per_count
+    def counts(self, steps: float) -> int:
+        """What it says where the axis is, or should."""
+        return 0 if self.zero is None else round((steps - self.zero) / self.steps_per_count)
 
     def tie(self, said: int, steps: float) -> None:
         """The axis is known to be at `steps` while it says this."""
@@ -56,7 +55,7 @@ class Encoder:
 
     def against(self, asked: float, made: float) -> bool:
         """Whether the axis went, by what it says, as far the other way as was asked of it, microsteps."""
-        return abs(asked) > _CLEAR_COUNTS * self.step and abs(made + asked) < _ROUNDED_COUNTS * self.step + 0.1 * abs(
+        return abs(asked) > _CLEAR_COUNTS * self.step and abs(made + asked) < ROUNDED_COUNTS * self.step + 0.1 * abs(
             asked
         )
 

@@ -12,16 +12,20 @@ Tracking makes whole microsteps from the end of one piece to the beginning of th
 """
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from mounts.avr_box.commands import harmless_below
-from mounts.avr_box.slew_table import SlewLaw
+from mounts.avr_box.slew_table import HIGH_GEAR, SlewLaw
 from mounts.avr_box.timers import CRYSTAL_HZ
 
 PAUSE_S = 0.35
 """Between two pieces: a move may be commanded 0.1 s after the one before has ended, and hosts are not punctual."""
-_TAIL = 64  # half of the microsteps of the last piece, or a little more, for the bytes of those before it
-_PARTED = 200  # the most that it has, in moves of less than minutes
+_CLEAR = 3  # half microsteps to either side that the last piece may yet become
+_TAIL_COUNT = 132  # of the last piece on the wire, or a little more: no letter is near to it
+_PARTED = 100  # the most that it has more, in moves of less than minutes
+_TRACKED = 0.45  # microsteps of tracking, at most, that two steps more of the last piece may suspend
 _SLOPE = 600.0  # half microsteps a second by which one more piece is prepared: slow beside what tracks
 _ROUNDS = 4
 _SLOWEST_PIECE_S = 2.0  # of a slew slower than the table's
@@ -52,6 +56,11 @@ class AvrTravel:
     pieces: tuple[Piece, ...]
     duration: float  # seconds until the last piece has ended
     crystal: float = 1.0  # true crystal frequency over the nominal one
+
+    @property
+    def in_one_s(self) -> float:
+        """Seconds that one move of all its steps would last."""
+        return seconds_of(self.law.cycles(sum(piece.half for piece in self.pieces)), self.crystal)
 
     @property
     def landed(self) -> float:
@@ -112,6 +121,15 @@ class AvrSlewModel:
         """Half of the microsteps of the longest piece."""
         return self.law.half_within(cycles_in(self.longest_s, self.crystal))
 
+    @cached_property
+    def tail(self) -> int:
+        """Half of the microsteps of the last piece, or a little more: fast enough for axis 1 to land on any place."""
+        least = _TAIL_COUNT // self.wire_per_half
+        if not self.rate:
+            return least
+        slowest = cycles_in(_TRACKED / 2.0 / abs(self.rate), self.crystal)
+        return bisect_left(range(HIGH_GEAR), -slowest, lo=least, key=lambda count: -self.law.step_cycles(count))
+
     def limited(self, max_rate: float) -> "AvrSlewModel":
         """The same axis, slower on the average: in short pieces with longer pauses, as the table has one speed."""
         if max_rate >= self.law.fastest * self.crystal:
@@ -120,33 +138,35 @@ class AvrSlewModel:
 
     def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> AvrTravel:  # noqa: ARG002
         """Travel from `start` to within a microstep of `end`; it lands at the rate of its own."""
-        tracked, pieces = 0, list[Piece]()
+        tracked, found, pieces = 0, None, list[Piece]()
         for _ in range(_ROUNDS):  # what tracking makes while no piece moves the axis changes the way
             way = end - start - tracked
             pieces = self._pieces(round(abs(way) / 2.0), 1 if way >= 0.0 else -1)
             tracked = self._tracked(pieces)
-        pieces = self._exact(pieces, end - start - tracked)
+            # Where one more piece takes so long that it is not needed then, the one without it is exact.
+            found = self._exact(pieces, end - start - tracked) or found
+        pieces = found or pieces
         duration = pieces[-1].begin + pieces[-1].duration if pieces else self._duration(0)
         return AvrTravel(self.law, start, self.rate, tuple(pieces), duration, self.crystal)
 
     def _pieces(self, half: int, sign: int) -> list[Piece]:
         """One after the other; the last one ends when the slew does."""
         begin, pieces = 0.0, []
-        *main, tail = parts(half, self.longest_half, self.wire_per_half) or (0,)
+        *main, tail = parts(half, self.longest_half, self.wire_per_half, self.tail) or (0,)
         for each in main:
             pieces.append(Piece(each, sign, begin, self._lasts(each)))
             begin += self._lasts(each) + self._pause(each)
         pieces.append(Piece(tail, sign, max(begin, self._duration(half) - self._lasts(tail)), self._lasts(tail)))
         return pieces if half else []
 
-    def _exact(self, pieces: list[Piece], way: float) -> list[Piece]:
-        """The same with a last piece that ends within a microstep of where it should, begun at its time."""
+    def _exact(self, pieces: list[Piece], way: float) -> list[Piece] | None:
+        """The same with a last piece that ends within a microstep of where it should; None where none does."""
         if not pieces:
-            return pieces
+            return None
         *main, tail = pieces
         half = tail.sign * round((way - sum(piece.steps for piece in main)) / 2.0)
         if half < 0 or harmless_below(half * self.wire_per_half, self.wire_per_half) != half * self.wire_per_half:
-            return pieces
+            return None
         return [*main, replace(tail, half=half, duration=self._lasts(half))]
 
     def _tracked(self, pieces: list[Piece]) -> int:
@@ -164,7 +184,7 @@ class AvrSlewModel:
         here, jump = self._in_equal_pieces(half, count), self._in_equal_pieces(count * largest, count + 1)
         jump -= self._in_equal_pieces(count * largest, count)
         near = 1.0 - (count * largest - half) / (_SLOPE * max(jump, 1e-9))
-        return here + self.pause_s + self._lasts(_PARTED) + max(0.0, near) * jump
+        return here + self.pause_s + self._lasts(self.tail + _PARTED) + max(0.0, near) * jump
 
     def _in_equal_pieces(self, half: int, count: int) -> float:
         each, more = divmod(half, count)
@@ -190,17 +210,20 @@ def seconds_of(cycles: int, crystal: float = 1.0) -> float:
     return cycles / (CRYSTAL_HZ * crystal)
 
 
-def parts(half: int, largest: int, wire_per_half: int) -> list[int]:
+def parts(half: int, largest: int, wire_per_half: int, least: int) -> list[int]:
     """A way in few pieces, about alike, and a short last one, none with a count that it must not have."""
 
     def harmless(part: int) -> int:
         return harmless_below(part * wire_per_half, wire_per_half) // wire_per_half
 
-    for tail in range(min(_TAIL, half), half + 1):
+    def clear(last: int) -> bool:
+        return all(harmless(each) == each for each in range(max(0, last - _CLEAR), last + _CLEAR + 1))
+
+    for tail in range(min(least, half), half + 1):
         count, left, main = math.ceil((half - tail) / largest), half - tail, []
         for i in range(count):
             main.append(harmless(min(-(-left // (count - i)), largest)))
             left -= main[-1]
-        if harmless(left + tail) == left + tail <= largest:
+        if left + tail <= largest and clear(left + tail):
             return [*main, left + tail]
-    return [] if half == 0 else [harmless(half), *parts(half - harmless(half), largest, wire_per_half)]
+    return [] if half == 0 else [harmless(half), *parts(half - harmless(half), largest, wire_per_half, least)]

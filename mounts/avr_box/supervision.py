@@ -12,26 +12,31 @@ from typing import NamedTuple
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
-from mounts.avr_box.encoders import Encoder, zeroed
+from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
+from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
+from mounts.avr_box.tick_clock import TickClock
 
-_AGAIN_S = 0.3  # between two looks at an axis that is astray: at full speed it makes 4 counts
-_RUNS_COUNTS = 2.5  # beyond what was asked of it, between them
-_FIVE_ARCMIN = (2763, 1382)  # half of the microsteps of W and N
-_ENDING = ((b"E", b"W"), (b"S", b"N"))  # to smaller and larger angles
+_UNPROVED_COUNTS = 1.3  # beyond what was asked, where a move may have been mutilated: two roundings and their times
 _TIMING_S = 0.005
+_CLEAR_COUNTS = 8.0  # of a move, to tell how far it went
+_FIRST_BINS = 3
+_LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
-_BOUND_COUNTS = 2.0  # where an axis may be off that is reckoned within a count of what its encoder says, to a count
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
-_ENDINGS = 3  # commands to end a runaway, should one be lost
 _OFTEN = 2  # times that the opposite is no chance
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
 MAY_RUN = (
-    "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: look "
-    "at the telescope, switch the box off if it runs, then `sync`"
+    "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: both "
+    "axes were given moves of 5′ to end it; look at the telescope, switch the box off if it runs, then `sync`"
 )
 AGAINST = (
     "the encoder of axis {} says the opposite of what the axis was told: swap its A and B wires, or set `reversed` "
-    "of that axis where it turns the wrong way, then `sync`"
+    "of that axis where it turns the wrong way, or `axis_bit` where it moves instead of the other one (`commission` "
+    "tells which), then `sync`"
+)
+COUNTS = (
+    'by the encoders moves go {} as far as they should, again and again: set `move_count` to "{}", unless '
+    "`commission` finds `encoder_counts_per_turn` or the gears wrong, then `sync`"
 )
 RAN = (
     "axis {} ran where it was not sent and was given a move of 5′ to end that: a mutilated command, or, if it is so "
@@ -48,6 +53,8 @@ class _Astray(NamedTuple):
     told: Told  # the later look
     runs: float  # counts that it made between two looks beyond what was asked of it, signed with its own
     opposite: bool  # it went as far the other way
+    past: bool  # it is ahead of the move that was asked of it and is under way, as one that was mutilated is
+    short: bool  # it goes the way that was asked of it, and falls behind, or stands
 
 
 class Supervision:
@@ -59,15 +66,22 @@ class Supervision:
         Is asked.
     axes : tuple of BoxAxis
         Are repaired.
+    ticks : TickClock
+        Tells whether the box was switched on meanwhile.
     unsynchronised : str
         Why nobody knows where they are; empty where that is known.
     since : float
         When that was so, POSIX seconds.
     """
 
-    def __init__(self, box: Box, axes: tuple[BoxAxis, BoxAxis], unsynchronised: str, since: float) -> None:
+    def __init__(
+        self, box: Box, axes: tuple[BoxAxis, BoxAxis], ticks: TickClock, unsynchronised: str, since: float
+    ) -> None:
         self._box = box
         self._axes = axes
+        self._ticks = ticks
+        one, two = (0 if axis.encoder is None else axis.encoder.counts(axis.at(since).counts) for axis in axes)
+        self._counted = one, two  # by the encoders when they were last believed
         self.unsynchronised = unsynchronised
         self.alarms: tuple[str, ...] = ()
         self.on_trial = False
@@ -75,9 +89,12 @@ class Supervision:
         self.moved_by: tuple[str, ...] = ()
         self._events: list[str] = []
         self._against = [0, 0]  # how often an encoder said the opposite, one time after the other
+        self._halved = self._doubled = 0  # moves, one after the other, that went half as far, or farther
         self._looked = since
-        self._runaway: tuple[BoxAxis, Encoder, bool] | None = None  # which no move of 5′ ended, and its sense
+        self._runaways: list[Runaway] = []  # which no move of 5′ ended
         self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
+        self._unplaced: Told | None = None  # what the encoders said last while nobody knew where the axes are
+        self._running_since = [math.inf, math.inf]  # POSIX seconds, likewise
         self._sound = 0  # damages of the line when the position was last given
 
     @property
@@ -109,10 +126,12 @@ class Supervision:
             They do not answer.
         """
         told = self._box.ask(commands.ASK_ENCODERS)
-        if self.alarms and self._runaway is not None:
-            axis, encoder, rising = self._runaway
-            self._end(axis, encoder, rising=rising)
-        if self.unsynchronised or self.on_trial:
+        if self._runaways:
+            self._end(self._runaways)
+        if self.on_trial:
+            return
+        if self.unsynchronised:
+            self._guard(told)
             return
         self._tie(told)
         self.moved_by = ()
@@ -126,10 +145,32 @@ class Supervision:
             self._box.damaged += 1
             self._agreed(told)
 
+    def _guard(self, told: Told) -> None:
+        """End what runs for longer than a hand controller lets it, though nobody knows where the axes are."""
+        before, self._unplaced = self._unplaced, told
+        if before is None or told.middle - before.middle > _BY_HAND_S:
+            self._running_since = [math.inf, math.inf]
+            return
+        running = []
+        for axis in self._axes:
+            encoder, i = axis.encoder, axis.index
+            if encoder is None:
+                return
+            passed = told.middle - before.middle
+            made = (told.pair[i] - before.pair[i]) * encoder.steps_per_count - axis.own_rate * passed
+            runs = abs(made) > max(RUNS_COUNTS, RUNS_COUNTS * passed / AGAIN_S) * encoder.step
+            self._running_since[i] = min(self._running_since[i], before.middle) if runs else math.inf
+            if told.middle - self._running_since[i] > _BY_HAND_S:
+                running.append(Runaway(axis, encoder, made > 0.0))
+        if running:
+            self._end(running)
+
     def suspect(self) -> None:
         """The box was silent after a move: see whether it runs."""
         if self._axes[0].encoder is None:
             self._lose(MAY_RUN)
+            self._abandon()
+            end_unseen(self._box, self._axes)
             return
         self.look()
 
@@ -141,11 +182,13 @@ class Supervision:
         told = self._box.ask(commands.ASK_ENCODERS)
         for axis, said in zip(self._axes, told.pair, strict=True):
             if axis.encoder is not None and axis.encoder.zero is not None:
-                axis.halted(axis.encoder.steps(said), told.middle, _BOUND_COUNTS * axis.encoder.step)
+                axis.halted(axis.encoder.steps(said), told.middle, BOUND_COUNTS * axis.encoder.step)
 
     def synchronised(self) -> None:
         """A person says where the axes are."""
         self.unsynchronised, self.alarms, self._sound = "", (), self._box.damaged
+        self._runaways = []
+        self._halved = self._doubled = 0
         self._box.switched_on()
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
         for encoder in encoders:
@@ -169,10 +212,10 @@ class Supervision:
 
     def _agreed(self, told: Told) -> None:
         self._bound(told)
-        self._looked = told.middle
+        self._looked, self._counted = told.middle, told.pair
         for axis in self._axes:
             if axis.encoder is not None and told.earliest > axis.reckoning.ends:
-                axis.unproved = False
+                self._rests(axis, axis.encoder)
                 axis.encoder.proved = axis.at(told.middle).counts
                 self._against[axis.index] = 0
 
@@ -183,7 +226,7 @@ class Supervision:
             encoder = axis.encoder
             if encoder is None or encoder.zero is None:
                 continue
-            state, most = axis.at(told.middle), _BOUND_COUNTS * encoder.step
+            state, most = axis.at(told.middle), BOUND_COUNTS * encoder.step
             if (damaged or state.uncertainty > most) and not state.moving:
                 here = encoder.steps(said)
                 axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
@@ -194,12 +237,15 @@ class Supervision:
             self._lose(SWITCHED)
             return
         astray = self._astray(told)
-        running = [each for each in astray if abs(each.runs) > _RUNS_COUNTS]
-        if running and (self._any_unproved() or self._runs_for(told.middle) > _BY_HAND_S):
+        unproved = self._any_unproved()
+        most = _UNPROVED_COUNTS if unproved else RUNS_COUNTS
+        running = [each for each in astray if each.past or (abs(each.runs) > most and not each.short)]
+        if running and (unproved or self._runs_for(told.middle) > _BY_HAND_S):
+            self._end([Runaway(each.axis, each.encoder, each.runs > 0.0) for each in running])
             for each in running:
-                self._end(each.axis, each.encoder, rising=each.runs > 0.0)
                 if each.opposite:
                     self._lose(AGAINST.format(each.axis.index + 1))
+            self._count_past(running)
             return
         self.moved_by = ("hand controller",) if running else ()
         self._repair(astray)
@@ -216,7 +262,7 @@ class Supervision:
 
     def _astray(self, told: Told) -> list[_Astray]:
         """Look again after a moment at each axis that is astray, whether it runs."""
-        self._box.pause(told.latest + _AGAIN_S)
+        self._box.pause(told.latest + AGAIN_S)
         again = self._box.ask(commands.ASK_ENCODERS)
         found = []
         for axis in self._axes:
@@ -227,16 +273,16 @@ class Supervision:
             asked = here.counts - axis.at(told.middle).counts
             made = encoder.steps(again.pair[axis.index]) - encoder.steps(told.pair[axis.index])
             runs = (made - asked) / encoder.step
-            found.append(
-                _Astray(
-                    axis, encoder, again, runs, opposite=abs(runs) > _RUNS_COUNTS and encoder.against(asked, made)
-                )
-            )
+            opposite = abs(runs) > RUNS_COUNTS and encoder.against(asked, made)
+            past = here.moving and axis.unproved and asked * self._beyond(axis, again) > 0.0 and asked * runs > 0.0
+            back = -math.copysign(made, made * asked)  # microsteps that it went the other way
+            short = asked * runs < 0.0 and back < encoder.step
+            found.append(_Astray(axis, encoder, again, runs, opposite, past, short))
         return found
 
     def _repair(self, astray: Sequence[_Astray]) -> None:
         """The encoder is right, to a count; one that again and again says the opposite is not."""
-        for axis, encoder, told, runs, _ in astray:
+        for axis, encoder, told, runs, *_ in astray:
             said, state = encoder.steps(told.pair[axis.index]), axis.at(told.middle)
             since = state.counts if encoder.proved is None else encoder.proved
             against = encoder.against(state.counts - since, said - since)
@@ -248,48 +294,63 @@ class Supervision:
                 f"axis {axis.index + 1} is {abs(said - state.counts) / encoder.step:.1f} encoder counts from where "
                 "its steps lead: it missed steps, or was moved by hand; the encoder says where it is, ± 1 count"
             )
-            unsure = encoder.step * (_BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
+            unsure = encoder.step * (BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
+            self._counted = told.pair
+            axis.corrected += said - state.counts
             axis.known(said, told.middle, unsure)
             encoder.proved = said
+            if told.earliest > axis.reckoning.ends:
+                self._rests(axis, encoder)
 
-    def _end(self, axis: BoxAxis, encoder: Encoder, *, rising: bool) -> None:
-        """End a move that nobody asked for by one of 5′ against it, again where that is lost; see that it ended."""
-        for other in self._axes:
-            other.abandon()
-        self._note(RAN.format(axis.index + 1))
-        for _ in range(_ENDINGS):
-            begin = self._box.send(_ENDING[axis.index][rising is (axis.sign < 0)])
-            if not self._stands(axis, encoder)[0]:  # at once: a move of 5′ begins slowly, so this one was lost
-                continue
-            self._box.pause(begin + axis.duration(_FIVE_ARCMIN[axis.index]) + _AGAIN_S)
-            stands, told = self._stands(axis, encoder)
-            if stands:
-                axis.halted(encoder.steps(told.pair[axis.index]), told.middle, _BOUND_COUNTS * encoder.step)
-                self.alarms = ()
-                return
-        self.alarms = (f"axis {axis.index + 1} runs away",)
-        self._runaway = axis, encoder, rising
-        self._lose(RUNS_ON.format(axis.index + 1))
+    def _rests(self, axis: BoxAxis, encoder: Encoder) -> None:
+        """It stands where it is reckoned to be: whether moves go half as far as they should, again and again."""
+        if abs(axis.asked) > _CLEAR_COUNTS * encoder.step:
+            halved = abs(axis.asked / 2.0 + axis.corrected) < ROUNDED_COUNTS * encoder.step + 0.05 * abs(axis.asked)
+            self._halved = self._halved + 1 if halved else 0
+            self._doubled = 0
+        axis.agreed()
+        if self._halved >= _OFTEN:
+            self._lose(COUNTS.format("half", "total"))
 
-    def _stands(self, axis: BoxAxis, encoder: Encoder) -> tuple[bool, Told]:
-        """Whether an axis does no more than it does by itself, and the later of two looks."""
-        first = self._box.ask(commands.ASK_ENCODERS)
-        self._box.pause(first.latest + _AGAIN_S)
-        second = self._box.ask(commands.ASK_ENCODERS)
-        made = (second.pair[axis.index] - first.pair[axis.index]) * encoder.steps_per_count
-        by_itself = axis.own_rate * (second.middle - first.middle)
-        return abs(made - by_itself) <= _RUNS_COUNTS * encoder.step, second
+    def _count_past(self, running: Sequence[_Astray]) -> None:
+        """Whether moves go farther than they should, again and again."""
+        self._doubled += sum(each.past for each in running)
+        if self._doubled >= _OFTEN:
+            self._lose(COUNTS.format("twice", "half"))
+
+    def _end(self, running: Sequence[Runaway]) -> None:
+        """End moves that nobody asked for; raise the alarm for what runs on."""
+        self._abandon()
+        for each in running:
+            self._note(RAN.format(each.axis.index + 1))
+        self._runaways = end(self._box, running)
+        self.alarms = tuple(f"axis {each.axis.index + 1} runs away" for each in self._runaways)
+        for each in self._runaways:
+            self._lose(RUNS_ON.format(each.axis.index + 1))
+
+    def _abandon(self) -> None:
+        for axis in self._axes:
+            axis.abandon()
 
     def _began_anew(self, told: Told) -> bool:
-        """Whether both count from nothing, and did not when they last agreed."""
+        """Whether both count from nothing, and did not before, or the PEC bin does as well."""
         one = self._axes[0]
-        known = [axis.encoder for axis in self._axes if axis.encoder is not None]
-        if not any(abs(encoder.counted) > _AWAY_COUNTS for encoder in known):
+        if one.encoder is None:
             return False
-        tracked = abs(one.own_rate) * max(0.0, told.middle - self._looked) / known[0].step
-        return zeroed(told.pair, tracked)
+        away = max(0.0, told.middle - self._looked)
+        if not zeroed(told.pair, abs(one.own_rate) * away / one.encoder.step):
+            return False
+        return max(map(abs, self._counted)) > _AWAY_COUNTS or self._bin_began_anew(away)
+
+    def _bin_began_anew(self, away: float) -> bool:
+        """Whether the PEC bin counts from nothing since some moment of the last seconds."""
+        pec = self._box.ask(commands.ASK_PEC)
+        fresh = pec.pair.one <= max(away, _LATELY_S) / self._ticks.tick_s + _FIRST_BINS
+        moved = pec.middle - self._ticks.moved_at < _LATELY_S
+        return fresh and (moved or self._ticks.is_elsewhere(pec.pair.one, pec.middle))
 
     def _lose(self, why: str) -> None:
+        self._abandon()
         self.unsynchronised = why
         self._note(why)
 

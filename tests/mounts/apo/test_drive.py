@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -18,7 +19,7 @@ from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
 from mounts.apo.slew_model import SHORTEST_S
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
 from transports.memory import MemoryLink
 
@@ -614,3 +615,32 @@ def test_a_command_by_hand_is_answered_and_one_that_sets_the_position_unsynchron
 )  # fmt: skip
 def test_what_a_person_must_confirm_is_what_moves_or_cannot_be_taken_back(text, risky):
     assert bool(risk_of(text)) is risky
+
+
+def test_exchanged_links_are_refused_before_anything_moves():
+    bench = Bench(axes=3)
+    opened = bench.opened
+    bench.opened = lambda i: opened({0: 1, 1: 0}.get(i, i))
+    with pytest.raises(WrongProtocol, match="azimuth: its controller has lower soft limit 6 deg, configured -180"):
+        bench.connected()
+    assert not any(b"MOVE" in line or b"INIT" in line for _, _, line in bench.heard)
+
+
+def test_an_answer_that_a_busy_host_saw_late_makes_no_jump_of_the_next(monkeypatch):
+    bench = Bench().connected()
+    bench.start(100.0, 60.0)
+    bench.run(25.0)
+    axis = bench.drive.axes[0]
+    assert abs(bench.speeds()[0]) > 1.5
+    asked, late = axis.controller.status, iter((0.03, *[0.0] * 6))
+
+    def status():
+        timed = asked()
+        return replace(timed, received=timed.received + next(late))
+
+    monkeypatch.setattr(axis.controller, "status", status)
+    axis.look()
+    bench.clock.sleep(0.25)
+    bench.device.axes[0].clock.set(bench.clock.now(), 0.05)  # so that it is not where it was foreseen
+    axis.look()
+    assert axis.jumped_deg == 0.0

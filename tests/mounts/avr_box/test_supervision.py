@@ -1,5 +1,6 @@
 """What the encoders see and the driver does: hands, missed steps, a box switched off, wires swapped, runaways."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ from mounts.avr_box.commands import COMMANDS
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.supervision import MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused
+from mounts.errors import DriveRefused, Unsynchronised
 from transports.errors import LinkError
 
 
@@ -71,6 +72,31 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == SWITCHED
     bench.drive.sync(where, bench.clock.now())
     assert bench.read().unsynchronised == ""
+
+
+@pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
+def test_a_box_that_was_switched_off_while_no_program_ran_is_unsynchronised_for_the_next_one(where):
+    bench = opened()
+    bench.slew(*where)
+    bench.clock.sleep(2.0)
+    bench.read()
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(600.0)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
+    again = Bench(memory=memory, box=fresh, clock=bench.clock)
+    assert again.connect().unsynchronised == SWITCHED
+
+
+def test_a_box_that_was_switched_on_is_given_its_flags_by_a_sync():
+    bench = opened()
+    bench.slew(60_000.0, 50_000.0)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
+    bench.box.__dict__.update(fresh.__dict__)
+    assert bench.read().unsynchronised == SWITCHED
+    assert bench.box.flags == 0x04  # PEC on, no guiding
+    bench.drive.sync((60_000.0, 50_000.0), bench.clock.now())
+    assert bench.box.flags == 0x12
 
 
 @pytest.mark.parametrize("axis", [1, 2])
@@ -148,6 +174,35 @@ def test_without_encoders_silence_after_a_move_leaves_the_position_unknown():
     bench.drive.start([AxisSlew(50_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
     assert bench.drive.supervision.unsynchronised == ""
     lines[0].deaf = True
-    bench.drive._sent = True
-    bench.drive._prove()
+    bench.drive._moves.unproved = True
+    bench.drive._moves.prove()
     assert bench.drive.supervision.unsynchronised == MAY_RUN
+
+
+@pytest.mark.parametrize(
+    ("configured", "true", "said"),
+    [("total", "half", 'twice as far .* set `move_count` to "half"'),
+     ("half", "total", 'half as far .* set `move_count` to "total"')],
+)  # fmt: skip
+def test_a_count_that_means_something_else_is_told_by_the_first_slew_and_no_other_is_made(configured, true, said):
+    bench = Bench(replace(SETTINGS, move_count=configured), like(move_count=true))
+    bench.connect()
+    bench.slew(200_000.0, -100_000.0)
+    bench.clock.sleep(10.0)
+    assert re.search(said, bench.read().unsynchronised)
+    with pytest.raises(Unsynchronised, match=said):
+        bench.slew(0.0, 0.0)
+
+
+def test_a_motor_that_misses_half_of_its_steps_once_is_no_count_that_is_wrong():
+    bench = opened()
+    bench.drive.start([AxisSlew(60_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    while any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+    bench.drive.start([AxisSlew(0.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    bench.read()
+    bench.clock.sleep(2.0)
+    bench.box.push(1, 30_000.0)
+    bench.clock.sleep(10.0)
+    assert within(bench)
+    assert bench.read().unsynchronised == ""

@@ -1,0 +1,99 @@
+"""Sending moves: each is remembered before it is sent, and the box asked after it.
+
+A box that is silent then may have taken the question for the rest of a move of which a byte was lost.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from mounts.avr_box import commands
+from mounts.avr_box.axis import BoxAxis
+from mounts.avr_box.box import Box
+from mounts.avr_box.settings import AvrSettings
+from mounts.avr_box.supervision import Supervision
+from mounts.avr_box.tick_watch import TickWatch
+from transports.errors import TransportError
+
+_COMMAND_BYTES = 6
+
+
+class Moves:
+    """Sends moves to one box.
+
+    Parameters
+    ----------
+    box : Box
+        Gets them.
+    settings : AvrSettings
+        What a count and the axis bit mean.
+    supervision : Supervision
+        Is told where the box was silent after one.
+    watch : TickWatch
+        Asks after one.
+    remember : callable
+        Keeps all that nobody can ask the box.
+    """
+
+    def __init__(
+        self,
+        box: Box,
+        settings: AvrSettings,
+        supervision: Supervision,
+        watch: TickWatch,
+        remember: Callable[[], None],
+    ) -> None:
+        self._box, self._settings, self._supervision = box, settings, supervision
+        self._watch, self._remember = watch, remember
+        self.sending = False
+        """Whether one may have been sent or not: what a program that ends now leaves behind."""
+        self.unproved = False
+        """Whether nothing was asked after the last one."""
+
+    @property
+    def line_s(self) -> float:
+        """Seconds from sending one to its beginning."""
+        return _COMMAND_BYTES * self._box.byte_s + self._box.delay_s
+
+    def may_be(self, half: int, axis: BoxAxis) -> bool:
+        """Whether a move of twice so many microsteps is short enough, and harmless were its letter lost."""
+        wire, per_half = abs(half) * self._settings.wire_per_half, self._settings.wire_per_half
+        return abs(half) <= axis.model.longest_half and commands.harmless_below(wire, per_half) == wire
+
+    def send(self, axis: BoxAxis, half: int, *, slew: bool = False) -> None:
+        """Begin a move of twice `half` microsteps, signed.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `Box.send`; whether it was made is not known then.
+        """
+        command = commands.move(
+            axis.index,
+            abs(half) * self._settings.wire_per_half,
+            decreasing=half < 0,
+            axis_bit=self._settings.axis_bit,
+        )
+        self.sending = True
+        self._remember()
+        begin = self._box.send(command)
+        axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
+        self.sending = False
+        self._remember()
+        self.unproved = True
+
+    def send_short(self, axis: BoxAxis, half: int) -> None:
+        """Send as much of a move as one command may be, and ask after it."""
+        per_half = self._settings.wire_per_half
+        most = min(abs(half), axis.model.longest_half)
+        made = commands.harmless_below(most * per_half, per_half) // per_half
+        if made:
+            self.send(axis, made if half > 0 else -made)
+            self.prove()
+
+    def prove(self) -> None:
+        """Ask after what was sent."""
+        self.unproved = False
+        with suppress(TransportError):
+            self._watch.ask(tries=1)
+            return
+        self._supervision.suspect()

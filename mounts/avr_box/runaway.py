@@ -1,0 +1,95 @@
+"""Ending moves that nobody asked for: a move of 5′ begins anew and so ends the one under way (A).
+
+The letter may be lost as well, so it is seen whether the axis slows down, and it is sent again where it does not.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from mounts.avr_box import commands
+from mounts.avr_box.axis import BoxAxis
+from mounts.avr_box.box import Box, Told
+from mounts.avr_box.encoders import Encoder
+from transports.errors import NoAnswer
+
+AGAIN_S = 0.3  # between two looks at an axis that is astray: at full speed it makes 4 counts
+RUNS_COUNTS = 2.5  # beyond what was asked of it, between them
+BOUND_COUNTS = 2.0  # where an axis may be off that is reckoned within a count of what its encoder says, to a count
+FIVE_ARCMIN = (2763, 1382)  # half of the microsteps of W and N
+ENDING = ((b"E", b"W"), (b"S", b"N"))  # to smaller and larger angles
+_ENDINGS = 4  # commands to end a runaway, should some be lost
+
+
+class Runaway(NamedTuple):
+    """An axis that runs where it was not sent."""
+
+    axis: BoxAxis
+    encoder: Encoder
+    rising: bool  # the way its counts go
+
+    @property
+    def ending(self) -> bytes:
+        """The move of 5′ against it."""
+        return ENDING[self.axis.index][self.rising is (self.axis.sign < 0)]
+
+    def stands(self, first: Told, second: Told) -> bool:
+        """Whether it did no more than it does by itself between two looks."""
+        made = (second.pair[self.axis.index] - first.pair[self.axis.index]) * self.encoder.steps_per_count
+        by_itself = self.axis.own_rate * (second.middle - first.middle)
+        return abs(made - by_itself) <= RUNS_COUNTS * self.encoder.step
+
+
+def end(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
+    """End them all at once; return those that run on. Those that stand are where their encoders say.
+
+    Raises
+    ------
+    TransportError, DriveRefused
+        The box does not answer any more, or must not be asked.
+    """
+    left, slowed, until = list(running), list[Runaway](), 0.0
+    for _ in range(_ENDINGS):
+        until = max(_told(box, each) for each in left)
+        first, second = _looks(box)
+        slowed += [each for each in left if each.stands(first, second)]  # a move of 5′ begins slowly
+        left = [each for each in left if not each.stands(first, second)]
+        if not left:
+            break
+    box.pause(until + AGAIN_S)
+    first, second = _looks(box)
+    for each in slowed:
+        if each.stands(first, second):
+            here = each.encoder.steps(second.pair[each.axis.index])
+            each.axis.halted(here, second.middle, BOUND_COUNTS * each.encoder.step)
+        else:
+            left.append(each)
+    return left
+
+
+def end_unseen(box: Box, axes: Sequence[BoxAxis]) -> None:
+    """Tell axes that no encoder sees to make a move of 5′, and be silent no more.
+
+    A box that took a question for the rest of a move has begun that one; one that still waits for the rest gets it
+    with the first letters, and the last of them end what they began.
+    """
+    for _ in range(_ENDINGS):
+        for axis in (*axes, *axes):  # the first letters may complete the move
+            box.send(ENDING[axis.index][0])
+        try:
+            box.ask(commands.ASK_PEC, tries=1)
+        except NoAnswer:
+            continue
+        return
+
+
+def _told(box: Box, running: Runaway) -> float:
+    """Send a move of 5′; return when that is over, POSIX seconds."""
+    begin = box.send(running.ending)
+    running.axis.unproved = True
+    return begin + running.axis.duration(FIVE_ARCMIN[running.axis.index])
+
+
+def _looks(box: Box) -> tuple[Told, Told]:
+    first = box.ask(commands.ASK_ENCODERS)
+    box.pause(first.latest + AGAIN_S)
+    return first, box.ask(commands.ASK_ENCODERS)

@@ -1,0 +1,146 @@
+"""Slews of both axes: where each is aimed, in which pieces it goes, and each piece sent at its time.
+
+Both axes are aimed so that they are right when the later one has landed: each then goes on at the rate of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from mounts.avr_box.axis import BoxAxis, Waiting
+from mounts.avr_box.box import Box
+from mounts.avr_box.landing import Aim, Landing, best
+from mounts.avr_box.moves import Moves
+from mounts.avr_box.slew_model import AvrTravel
+from mounts.drive import AxisSlew
+from mounts.errors import DriveRefused
+
+_SOON_S = 0.5  # within which `send_due` waits for the time of a piece
+_SHORT_S = 5.0  # that a move of tracking takes at most, for a slew to wait for it
+_EXCHANGE_S = 0.05  # of a question and its answer
+_CORRECTED = 2000  # microsteps by which the last piece of a slew makes up for what the others were off
+_ROUNDS = 4  # of solving where both land, each later than the one before by less
+
+
+class Slews:
+    """Slews the axes of one box.
+
+    Parameters
+    ----------
+    box : Box
+        Knows the time.
+    axes : tuple of BoxAxis
+        Are slewed.
+    moves : Moves
+        Sends the pieces.
+    """
+
+    def __init__(self, box: Box, axes: tuple[BoxAxis, BoxAxis], moves: Moves) -> None:
+        self._box, self._axes, self._moves = box, axes, moves
+
+    @property
+    def free_at(self) -> float:
+        """POSIX seconds from which on a slew may begin."""
+        return max(*(axis.free_at for axis in self._axes), self._axes[1].guided_until)
+
+    def begin(self, slews: Sequence[AxisSlew], time: float) -> float:
+        """Begin a slew of both axes; the pieces that come later are sent by `send_due`. Return when it began.
+
+        Raises
+        ------
+        DriveRefused
+            The axes still move.
+        """
+        self._settle(time)
+        began = self._box.now() + self._moves.line_s
+        for axis, aim, slew in zip(self._axes, self._aims(slews, began), slews, strict=False):
+            self._plan(axis, aim, slew, began)
+        self._part_the_landings()
+        self.send_due()
+        return began
+
+    def _settle(self, time: float) -> None:
+        """Wait for a short move that is under way; nothing else may be."""
+        busy = self.free_at - time
+        if busy > _SHORT_S:
+            raise DriveRefused(f"the axes still move for {busy:.1f} s, and no command ends that: wait for it")
+        self._box.pause(self.free_at)
+
+    def _aims(self, slews: Sequence[AxisSlew], began: float) -> list[Aim]:
+        """Where each axis is to land, so that both are right when the later one does."""
+        aims = [Aim(slew.target, began, began) for slew in slews[:2]]
+        for _ in range(_ROUNDS):
+            lands = [
+                began + _travel(axis, aim, slew, began).duration
+                for axis, aim, slew in zip(self._axes, aims, slews, strict=False)
+            ]
+            aims = [
+                Aim(_led(axis, slew, own, max(lands)), own, max(lands))
+                for axis, slew, own in zip(self._axes, slews, lands, strict=False)
+            ]
+        return aims
+
+    def _plan(self, axis: BoxAxis, aim: Aim, slew: AxisSlew, begin: float) -> None:
+        travel = _travel(axis, aim, slew, begin)
+        axis.abandon()
+        axis.aim = aim
+        axis.slew_ends = begin + travel.duration
+        axis.waiting = [Waiting(piece, begin + piece.begin) for piece in travel.pieces]
+
+    def _part_the_landings(self) -> None:
+        """Let axis 2, which stands where it lands, begin its last piece earlier where both are due at once."""
+        one, two = self._axes
+        if not (one.waiting and two.waiting and two.aim):
+            return
+        first, other, apart = one.waiting[-1].begin, two.waiting[-1].begin, 2.0 * self._moves.line_s
+        if abs(first - other) < apart:
+            sooner = apart + other - first
+            two.aim = replace(two.aim, time=two.aim.time - sooner)
+            two.waiting[-1] = Waiting(two.waiting[-1].piece, other - sooner)
+
+    def send_due(self) -> None:
+        """Send the pieces whose time comes before the next look, each at its time."""
+        while due := sorted((axis.waiting[0].begin, axis.index) for axis in self._axes if axis.waiting):
+            begin, index = due[0]
+            if begin > self._box.now() + _SOON_S:
+                break
+            if self._moves.unproved and begin > self._box.now() + _EXCHANGE_S:
+                self._moves.prove()
+            self._send_piece(self._axes[index])
+        if self._moves.unproved:
+            self._moves.prove()
+
+    def _send_piece(self, axis: BoxAxis) -> None:
+        """Send the next piece at its time; the last one for where the axis is by then."""
+        if not axis.waiting:  # it was abandoned when the piece before was proved
+            return
+        waiting = axis.waiting[0]
+        half, begin = waiting.piece.half * waiting.piece.sign, max(waiting.begin, axis.free_at)
+        if len(axis.waiting) == 1 and axis.aim is not None and (found := self._last(axis, axis.aim, half)):
+            half, begin = found.half, found.begin
+        self._box.pause(begin - self._moves.line_s)
+        axis.waiting.pop(0)
+        if half:
+            self._moves.send(axis, half, slew=True)
+
+    def _last(self, axis: BoxAxis, aim: Aim, planned: int) -> Landing | None:
+        """The last piece, which leads to the aim from where the axis is when it begins; None where none does."""
+
+        def allowed(half: int) -> bool:
+            return 2 * abs(half - planned) < _CORRECTED and self._moves.may_be(half, axis)
+
+        earliest = max(axis.free_at, self._box.now() + self._moves.line_s)
+        return best(axis, aim, earliest, planned, allowed)
+
+
+def _travel(axis: BoxAxis, aim: Aim, slew: AxisSlew, begin: float) -> AvrTravel:
+    model = axis.model if slew.max_rate is None else axis.model.limited(slew.max_rate)
+    return model.travel(axis.at(begin).counts, aim.counts, 0.0, 0.0)
+
+
+def _led(axis: BoxAxis, slew: AxisSlew, lands: float, arrival: float) -> float:
+    """Where an axis must land to be right on arrival, going on at the rate of its own until then.
+
+    Its target was given for its planned landing; from there the path goes on at `rate_after`.
+    """
+    planned = lands if slew.arrival is None else slew.arrival
+    return slew.target + slew.rate_after * (arrival - planned) - axis.own_rate * (arrival - lands)
