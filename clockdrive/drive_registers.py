@@ -12,6 +12,8 @@ from clockdrive.control import Control
 from clockdrive.drives.apo.by_hand import SETS_CLOCKS, ByHand, clocks_answer, differing, given_by_hand, told
 from clockdrive.drives.avr_box.by_hand import NAMES as PEC
 from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
+from clockdrive.drives.awr.by_hand import HasWords, pressed, relay_of, relay_set, word_set
+from clockdrive.drives.awr.by_hand import differing as differing_words
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
@@ -90,6 +92,8 @@ class DriveRegisters:
         drive = self._session.drive
         if isinstance(drive, HasPec):
             return self._control.call(lambda: self._changing(lambda: pec_set(drive, name, value)))
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._word(drive, name, value))
         if not isinstance(drive, HasRegisters):
             raise Refused(f"{name} cannot be set: {self._without_registers}")
         row = by_name(name)
@@ -105,11 +109,23 @@ class DriveRegisters:
 
         return self._control.call(work)
 
+    def _word(self, drive: HasWords, name: str, value: float | str) -> Answer:
+        """A relay is switched at any time, a word written at rest."""
+        relay = relay_of(name)
+        if relay is None:
+            answer = self._changing(lambda: word_set(drive, name, value))
+        else:
+            answer = relay_set(drive, relay, value)
+        self._session.note("drive", f"{name} set to {value}")
+        return answer
+
     def diff(self) -> Answer:
         """Return the registers that the unit has otherwise than the configuration, with both values."""
         drive = self._session.drive
         if isinstance(drive, ByHand):
             return self._control.call(lambda: differing(drive, self._configuration()))
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: differing_words(drive))
         return self._control.call(
             lambda: Answer({"ok": True, "differences": [_told(d) for d in self._differences()]})
         )
@@ -150,6 +166,8 @@ class DriveRegisters:
             This drive takes none, or not now; there is no such command; the controller refuses it.
         """
         drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._pressed(drive, axis, text))
         if not isinstance(drive, ByHand):
             kind = self._configuration().drive.kind
             raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes what it has")
@@ -160,6 +178,11 @@ class DriveRegisters:
             return given
 
         return self._control.call(work)
+
+    def _pressed(self, drive: HasWords, axis: str, text: str) -> Answer:
+        given = self._changing(lambda: pressed(drive, axis, text))
+        self._session.note("drive", given["command"])
+        return Answer(given)
 
     def set_clocks(self, *, confirmed: bool) -> Answer:
         """Have the controllers set their clocks by NTP, at rest, and measure them afterwards.
@@ -186,6 +209,9 @@ class DriveRegisters:
 
     def save(self) -> Answer:
         """Have the unit keep its configuration over a power-cycle."""
+        drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._committed(drive))
         return self._act("save_configuration", "the drive has saved its configuration")
 
     def factory(self, *, confirmed: bool) -> Answer:
@@ -206,7 +232,22 @@ class DriveRegisters:
         InputError
             It was not confirmed.
         """
+        drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._discarded(drive))
         return self._act("load_configuration", "the saved configuration is loaded", confirmed=confirmed)
+
+    def _committed(self, drive: HasWords) -> Answer:
+        names = self._changing(drive.commit)
+        done = f"committed to the non-volatile memory: {', '.join(names)}"
+        self._session.note("drive", done)
+        return Answer({"ok": True, "note": done})
+
+    def _discarded(self, drive: HasWords) -> Answer:
+        self._changing(drive.discard)
+        done = "the soft writes are discarded"
+        self._session.note("drive", done)
+        return Answer({"ok": True, "note": done})
 
     def encoders(self) -> Answer:
         """Return what the absolute encoders read, and where they say the axes are."""

@@ -27,6 +27,7 @@ class Capabilities:
     holds_rate_alone: bool  # goes on tracking when the host is gone
     units: Units
     goes_on_at: float = 0.0  # counts per second that axis 1 tracks with, whatever it is told
+    bounds_itself: bool = True  # by soft limits of its own, that were written and read back
     rests_within: float = 0.0  # counts to either side by which an axis at rest may be held off its place
 
 
@@ -181,6 +182,15 @@ class Drive(Protocol):
 
     def close(self, time: float, *, keep_tracking: bool) -> None:
         """Leave the drive safe and close the link; with `keep_tracking` it goes on at its present rates."""
+        ...
+
+
+@runtime_checkable
+class Telling(Protocol):
+    """A drive that tells by itself what happens to it."""
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since it was asked last, in sentences, for the event log."""
         ...
 
 

@@ -82,15 +82,16 @@ class Guard:
     """In place of a dead-man process: remembers what it was told."""
 
     def __init__(self):
-        self.fate, self.armed, self.told = "", False, []
+        self.fate, self.armed, self.hasty, self.told = "", False, False, []
 
     def start(self):
         self.told.append("start")
 
     def arm(self):
-        self.armed = True
+        self.armed, self.hasty = True, False
 
     def hasten(self):
+        self.hasty = True
         self.told.append("hasten")
 
     def beat(self):

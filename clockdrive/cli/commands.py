@@ -29,7 +29,7 @@ def plan(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     if args.start is not None:
         configuration = configuration_of(args.config)
-        counts, drift = parse.counts(args.start), planning.drift_of(**_rate(args))
+        counts, drift = parse.counts(args.start, *planning.counted(configuration)), planning.drift_of(**_rate(args))
         answer = planning.plan_from(
             configuration, _target(args), at, counts, instrument=args.instrument, drift=drift, **_hold(args)
         ).json
@@ -90,8 +90,8 @@ def goto(args: argparse.Namespace) -> None:
 
 
 _STOPS = (
-    "this drive does not track by itself: the telescope is stopped on arrival; say `--for TIME`, or have `clockdrive "
-    "run` in another terminal go on with it"
+    "this drive does not track by itself within limits of its own: the telescope is stopped on arrival; say `--for "
+    "TIME`, or have `clockdrive run` in another terminal go on with it"
 )
 
 
@@ -270,10 +270,9 @@ def init(args: argparse.Namespace) -> None:
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
     if args.kind not in {None, _READABLE} and args.unit is not None:
-        why = "it has no registers to read them from"
         raise InputError(
-            f"init {args.kind} --from {args.unit}: {why}; `clockdrive init {args.kind}` writes the keys of the "
-            f"{args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
+            f"init {args.kind} --from {args.unit}: it keeps none of them; `clockdrive init {args.kind}` writes the "
+            f"keys of the {args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
         )
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")

@@ -4,7 +4,7 @@ What it does when it is told to is in `simulator_commands`. Times inside are cou
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from mounts.apo.commands import Kind
@@ -273,8 +273,10 @@ class SimulatedController:
     def state(self) -> dict[str, Any]:
         """Return the state as JSON-able values; settings and hardware are not in it."""
         return {
-            "clock": asdict(self.clock),
-            "record": asdict(self.record),
+            "clock": dict(vars(self.clock)),
+            "record": {
+                name: list(told) if isinstance(told, list) else told for name, told in vars(self.record).items()
+            },
             "fiducials": self.fiducials.state(),
             "servo": self.servo.state(),
             "slip": self.slip,

@@ -1,7 +1,8 @@
 """What can be found out about a stepper box by moves of a third of a degree that its encoders watch.
 
 Each move is of a known number of microsteps on the wire, one value of the axis bit and one sign. Which encoder
-answers, by how much and in which sense, tells the axis bit, what the count means, and the sense of each axis.
+answers, by how much and in which sense, tells the axis bit, what the count means, and the sense of each axis. Before
+that the axes are left to themselves: tracking tells the encoders' ratio, and what guiding does.
 """
 
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from mounts.avr_box import commands
+from mounts.avr_box.commissioning_tracking import tracking
 from mounts.commissioning import Bench, Finding, Step, Steps, judged
 
 if TYPE_CHECKING:
@@ -17,8 +19,8 @@ if TYPE_CHECKING:
 _COUNTS = 20.0  # encoder counts of a trial, by the configured gears
 _LOOSE = 0.2  # by which a way may differ from what is expected
 _SEEN_COUNTS = 6.0
-REACH_DEG = 0.4
-BOUND_DEG = 1.0  # were the count halves, and the axis the other one
+REACH_DEG = 1.4
+BOUND_DEG = 2.0  # were the count halves, and the axis the other one
 
 
 @dataclass(frozen=True)
@@ -41,28 +43,31 @@ class Trial:
         return 0 if one > two else 1
 
 
-def _trial(bench: Bench, bit: int, *, falling: bool) -> Steps[Trial]:
+def _trial(bench: Bench, bit: int, ratio: float, *, falling: bool) -> Steps[Trial]:
     drive = bench.drive
     axis = drive.axes[1 if bit == bench.configured("drive.axis_bit") else 0]
-    half = commands.harmless_below(round(_COUNTS * axis.encoder.step / 2.0))
+    half = commands.harmless_below(round(_COUNTS * axis.encoder.step * ratio / 2.0))
     seconds = 2.0 * axis.duration(2 * half) + 1.0
     before: Told = drive.asked_encoders()
     wire = drive.send_trial(axis.index, half, falling=falling)
     yield seconds
     after: Told = drive.asked_encoders()
     tracked = drive.axes[0].own_rate * (after.middle - before.middle - axis.duration(half) * (axis.index == 0))
-    tracked /= drive.axes[0].encoder.steps_per_count
+    tracked /= drive.axes[0].encoder.steps_per_count * ratio
     one, two = (later - earlier for later, earlier in zip(after.pair, before.pair, strict=True))
     return Trial(bit, wire, (one - tracked, float(two)))
 
 
 def _moves(bench: Bench) -> Steps[list[Finding]]:
-    """Axis bit, count and senses."""
+    """Encoder ratio and guiding while it tracks; axis bit, count and senses by moves."""
+    found: list[Finding] = []
+    measured = yield from tracking(bench, found)
+    ratio = measured / bench.drive.axes[0].encoder.step
     trials: list[Trial] = []
     for bit, falling in product((0, 1), (False, True)):
-        trials += [(yield from _trial(bench, bit, falling=falling))]
+        trials += [(yield from _trial(bench, bit, ratio, falling=falling))]
     bench.drive.give_back()
-    return [*_axis_bit(bench, trials), *_count(bench, trials), *_senses(bench, trials)]
+    return [*found, *_axis_bit(bench, trials), *_count(bench, trials, ratio), *_senses(bench, trials)]
 
 
 def _axis_bit(bench: Bench, trials: list[Trial]) -> list[Finding]:
@@ -74,19 +79,19 @@ def _axis_bit(bench: Bench, trials: list[Trial]) -> list[Finding]:
     return [Finding(subject, judged(found == configured), f"bit {found} moves axis 2", key, configured, found)]
 
 
-def _count(bench: Bench, trials: list[Trial]) -> list[Finding]:
+def _count(bench: Bench, trials: list[Trial], ratio: float) -> list[Finding]:
     subject, key, configured = "move count", "drive.move_count", bench.configured("drive.move_count")
     per_wire = []
     for trial in trials:
         if trial.axis is not None:
-            steps = abs(trial.seen[trial.axis]) * bench.drive.axes[trial.axis].encoder.step
+            steps = abs(trial.seen[trial.axis]) * bench.drive.axes[trial.axis].encoder.step * ratio
             per_wire.append(steps / trial.wire)
     if not per_wire:
         return [Finding(subject, "untested", "no encoder saw a move; check their cables", key)]
-    ratio = sum(per_wire) / len(per_wire)
-    found = {1: "total", 2: "half"}.get(round(ratio))
-    detail = f"{ratio:.3f} microsteps are made for each that is counted"
-    if found is None or abs(ratio / round(ratio) - 1.0) > _LOOSE:
+    made = sum(per_wire) / len(per_wire)
+    found = {1: "total", 2: "half"}.get(round(made))
+    detail = f"{made:.3f} microsteps are made for each that is counted"
+    if found is None or abs(made / round(made) - 1.0) > _LOOSE:
         why = f"{detail}: neither 1 nor 2; check gears and encoder_counts_per_turn"
         return [Finding(subject, "untested", why, key)]
     return [Finding(subject, judged(found == configured), detail, key, configured, found)]
@@ -117,7 +122,16 @@ def _has_encoders(bench: Bench) -> bool:
     return bool(bench.configured("drive.encoder_counts_per_turn"))
 
 
-BEFORE = (Step("moves", "axis bit, what a move counts, senses", _moves, REACH_DEG, BOUND_DEG, applies=_has_encoders),)
+BEFORE = (
+    Step(
+        "moves",
+        "encoder ratio, guiding, axis bit, what a move counts, senses",
+        _moves,
+        REACH_DEG,
+        BOUND_DEG,
+        applies=_has_encoders,
+    ),
+)
 AFTER: tuple[Step, ...] = ()
 LEFT_OUT = frozenset({"sense", "gearing", "encoder-ratio", "stop", "speed"})
 """Shared steps that ask for absolute encoders, for a stop, or for a speed that is read."""

@@ -65,7 +65,7 @@ class AvrBoxDrive:
             for i, law in enumerate(laws(settings.slew_table))
         )
         self.axes = (one, two)
-        self.supervision = Supervision(box, self.axes, kept.unsynchronised, kept.time)
+        self.supervision = Supervision(box, self.axes, self._ticks, kept.unsynchronised, kept.time)
         self._watch = TickWatch(box, self._ticks, self.axes)
         self._moves = Moves(box, settings, self.supervision, self._watch, lambda: remember(self.memory))
         self._slews = Slews(box, self.axes, self._moves)
@@ -142,14 +142,17 @@ class AvrBoxDrive:
             Nothing answers, or nothing that is a stepper box.
         """
         self._watch.see_a_tick()
-        names = ("ra_guiding", "dec_guiding", *(("pec",) if self._settings.pec else ()))
-        self._box.send(commands.flags(*names))
+        self._write_flags(pec=self._settings.pec)
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
         self._resting |= make_safe
         self._unattended(time)
         self.supervision.found()
         return self._reading()
+
+    def _write_flags(self, *, pec: bool) -> None:
+        """A box that was switched on has them otherwise, and cannot be asked for them."""
+        self._box.send(commands.flags("ra_guiding", "dec_guiding", *(("pec",) if pec else ())))
 
     def _unattended(self, time: float) -> None:
         """While nobody looked it tracked on: how far, and how surely."""
@@ -253,6 +256,7 @@ class AvrBoxDrive:
             ahead = axis.at(now).rate * (now - time)
             axis.known(here + ahead, now, 0.5)
         self.supervision.synchronised()
+        self._write_flags(pec=self._settings.pec)
 
     def stop(self, time: float) -> None:
         """Send no further piece, and hold axis 1 from then on where `follow` says.
@@ -306,6 +310,15 @@ class AvrBoxDrive:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
 
+    def begin_trial(self) -> None:
+        """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
+        self.supervision.on_trial = True
+        self._write_flags(pec=False)
+
+    def guide_trial(self, ticks: int) -> float:
+        """Send `+`, and return for how many seconds it makes axis 1 faster."""
+        return self._tracker.guide_for(ticks)
+
     def send_trial(self, index: int, half: int, *, falling: bool) -> int:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
@@ -315,6 +328,8 @@ class AvrBoxDrive:
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""
+        if self.supervision.on_trial:
+            self._write_flags(pec=self._settings.pec)
         self.supervision.resumed()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002

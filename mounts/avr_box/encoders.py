@@ -33,10 +33,9 @@ class Encoder:
         """Microsteps of a count."""
         return abs(self.steps_per_count)
 
-    @property
-    def counted(self) -> float:
-        """Counts when both last agreed."""
-        return 0.0 if self.proved is None or self.zero is None else (self.proved - self.zero) / self.steps_per_count
+    def counts(self, steps: float) -> int:
+        """What it says where the axis is, or should."""
+        return 0 if self.zero is None else round((steps - self.zero) / self.steps_per_count)
 
     def tie(self, said: int, steps: float) -> None:
         """The axis is known to be at `steps` while it says this."""

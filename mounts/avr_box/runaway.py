@@ -69,11 +69,11 @@ def end(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
 def end_unseen(box: Box, axes: Sequence[BoxAxis]) -> None:
     """Tell axes that no encoder sees to make a move of 5′, and be silent no more.
 
-    A box that took a question for the rest of a move has begun that one to larger angles; one that waits for the
-    rest still has it with the letters, and the last of them is heard as what it is.
+    A box that took a question for the rest of a move has begun that one; one that still waits for the rest gets it
+    with the first letters, and the last of them end what they began.
     """
     for _ in range(_ENDINGS):
-        for axis in axes:
+        for axis in (*axes, *axes):  # the first letters may complete the move
             box.send(ENDING[axis.index][0])
         try:
             box.ask(commands.ASK_PEC, tries=1)

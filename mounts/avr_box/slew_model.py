@@ -58,6 +58,11 @@ class AvrTravel:
     crystal: float = 1.0  # true crystal frequency over the nominal one
 
     @property
+    def in_one_s(self) -> float:
+        """Seconds that one move of all its steps would last."""
+        return seconds_of(self.law.cycles(sum(piece.half for piece in self.pieces)), self.crystal)
+
+    @property
     def landed(self) -> float:
         """Where the last piece ends."""
         return self.position(self.duration)
@@ -133,12 +138,14 @@ class AvrSlewModel:
 
     def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> AvrTravel:  # noqa: ARG002
         """Travel from `start` to within a microstep of `end`; it lands at the rate of its own."""
-        tracked, pieces = 0, list[Piece]()
+        tracked, found, pieces = 0, None, list[Piece]()
         for _ in range(_ROUNDS):  # what tracking makes while no piece moves the axis changes the way
             way = end - start - tracked
             pieces = self._pieces(round(abs(way) / 2.0), 1 if way >= 0.0 else -1)
             tracked = self._tracked(pieces)
-        pieces = self._exact(pieces, end - start - tracked)
+            # Where one more piece takes so long that it is not needed then, the one without it is exact.
+            found = self._exact(pieces, end - start - tracked) or found
+        pieces = found or pieces
         duration = pieces[-1].begin + pieces[-1].duration if pieces else self._duration(0)
         return AvrTravel(self.law, start, self.rate, tuple(pieces), duration, self.crystal)
 
@@ -152,14 +159,14 @@ class AvrSlewModel:
         pieces.append(Piece(tail, sign, max(begin, self._duration(half) - self._lasts(tail)), self._lasts(tail)))
         return pieces if half else []
 
-    def _exact(self, pieces: list[Piece], way: float) -> list[Piece]:
-        """The same with a last piece that ends within a microstep of where it should, begun at its time."""
+    def _exact(self, pieces: list[Piece], way: float) -> list[Piece] | None:
+        """The same with a last piece that ends within a microstep of where it should; None where none does."""
         if not pieces:
-            return pieces
+            return None
         *main, tail = pieces
         half = tail.sign * round((way - sum(piece.steps for piece in main)) / 2.0)
         if half < 0 or harmless_below(half * self.wire_per_half, self.wire_per_half) != half * self.wire_per_half:
-            return pieces
+            return None
         return [*main, replace(tail, half=half, duration=self._lasts(half))]
 
     def _tracked(self, pieces: list[Piece]) -> int:

@@ -14,10 +14,13 @@ from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
+from mounts.avr_box.tick_clock import TickClock
 
 _UNPROVED_COUNTS = 1.3  # beyond what was asked, where a move may have been mutilated: two roundings and their times
 _TIMING_S = 0.005
 _CLEAR_COUNTS = 8.0  # of a move, to tell how far it went
+_FIRST_BINS = 3
+_LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
 _OFTEN = 2  # times that the opposite is no chance
@@ -63,15 +66,22 @@ class Supervision:
         Is asked.
     axes : tuple of BoxAxis
         Are repaired.
+    ticks : TickClock
+        Tells whether the box was switched on meanwhile.
     unsynchronised : str
         Why nobody knows where they are; empty where that is known.
     since : float
         When that was so, POSIX seconds.
     """
 
-    def __init__(self, box: Box, axes: tuple[BoxAxis, BoxAxis], unsynchronised: str, since: float) -> None:
+    def __init__(
+        self, box: Box, axes: tuple[BoxAxis, BoxAxis], ticks: TickClock, unsynchronised: str, since: float
+    ) -> None:
         self._box = box
         self._axes = axes
+        self._ticks = ticks
+        one, two = (0 if axis.encoder is None else axis.encoder.counts(axis.at(since).counts) for axis in axes)
+        self._counted = one, two  # by the encoders when they were last believed
         self.unsynchronised = unsynchronised
         self.alarms: tuple[str, ...] = ()
         self.on_trial = False
@@ -83,6 +93,8 @@ class Supervision:
         self._looked = since
         self._runaways: list[Runaway] = []  # which no move of 5′ ended
         self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
+        self._unplaced: Told | None = None  # what the encoders said last while nobody knew where the axes are
+        self._running_since = [math.inf, math.inf]  # POSIX seconds, likewise
         self._sound = 0  # damages of the line when the position was last given
 
     @property
@@ -116,7 +128,10 @@ class Supervision:
         told = self._box.ask(commands.ASK_ENCODERS)
         if self._runaways:
             self._end(self._runaways)
-        if self.unsynchronised or self.on_trial:
+        if self.on_trial:
+            return
+        if self.unsynchronised:
+            self._guard(told)
             return
         self._tie(told)
         self.moved_by = ()
@@ -129,6 +144,26 @@ class Supervision:
         else:
             self._box.damaged += 1
             self._agreed(told)
+
+    def _guard(self, told: Told) -> None:
+        """End what runs for longer than a hand controller lets it, though nobody knows where the axes are."""
+        before, self._unplaced = self._unplaced, told
+        if before is None or told.middle - before.middle > _BY_HAND_S:
+            self._running_since = [math.inf, math.inf]
+            return
+        running = []
+        for axis in self._axes:
+            encoder, i = axis.encoder, axis.index
+            if encoder is None:
+                return
+            passed = told.middle - before.middle
+            made = (told.pair[i] - before.pair[i]) * encoder.steps_per_count - axis.own_rate * passed
+            runs = abs(made) > max(RUNS_COUNTS, RUNS_COUNTS * passed / AGAIN_S) * encoder.step
+            self._running_since[i] = min(self._running_since[i], before.middle) if runs else math.inf
+            if told.middle - self._running_since[i] > _BY_HAND_S:
+                running.append(Runaway(axis, encoder, made > 0.0))
+        if running:
+            self._end(running)
 
     def suspect(self) -> None:
         """The box was silent after a move: see whether it runs."""
@@ -177,7 +212,7 @@ class Supervision:
 
     def _agreed(self, told: Told) -> None:
         self._bound(told)
-        self._looked = told.middle
+        self._looked, self._counted = told.middle, told.pair
         for axis in self._axes:
             if axis.encoder is not None and told.earliest > axis.reckoning.ends:
                 self._rests(axis, axis.encoder)
@@ -260,6 +295,7 @@ class Supervision:
                 "its steps lead: it missed steps, or was moved by hand; the encoder says where it is, ± 1 count"
             )
             unsure = encoder.step * (BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
+            self._counted = told.pair
             axis.corrected += said - state.counts
             axis.known(said, told.middle, unsure)
             encoder.proved = said
@@ -297,15 +333,24 @@ class Supervision:
             axis.abandon()
 
     def _began_anew(self, told: Told) -> bool:
-        """Whether both count from nothing, and did not when they last agreed."""
+        """Whether both count from nothing, and did not before, or the PEC bin does as well."""
         one = self._axes[0]
-        known = [axis.encoder for axis in self._axes if axis.encoder is not None]
-        if not any(abs(encoder.counted) > _AWAY_COUNTS for encoder in known):
+        if one.encoder is None:
             return False
-        tracked = abs(one.own_rate) * max(0.0, told.middle - self._looked) / known[0].step
-        return zeroed(told.pair, tracked)
+        away = max(0.0, told.middle - self._looked)
+        if not zeroed(told.pair, abs(one.own_rate) * away / one.encoder.step):
+            return False
+        return max(map(abs, self._counted)) > _AWAY_COUNTS or self._bin_began_anew(away)
+
+    def _bin_began_anew(self, away: float) -> bool:
+        """Whether the PEC bin counts from nothing since some moment of the last seconds."""
+        pec = self._box.ask(commands.ASK_PEC)
+        fresh = pec.pair.one <= max(away, _LATELY_S) / self._ticks.tick_s + _FIRST_BINS
+        moved = pec.middle - self._ticks.moved_at < _LATELY_S
+        return fresh and (moved or self._ticks.is_elsewhere(pec.pair.one, pec.middle))
 
     def _lose(self, why: str) -> None:
+        self._abandon()
         self.unsynchronised = why
         self._note(why)
 

@@ -14,6 +14,7 @@ from mounts.avr_box.timers import TICK_S
 CRYSTAL_UNCERTAINTY = 1e-4
 """Of a crystal that nobody has measured, relative."""
 _SURER = 0.5  # times as sure as before, for the crystal to be taken anew
+_NEAR_TICKS = 2.0
 _LEAST = 2e-6  # to which a crystal is believed; it changes with the temperature
 
 
@@ -31,6 +32,8 @@ class TickClock:
     def __init__(self, crystal: float = 1.0, uncertainty: float = CRYSTAL_UNCERTAINTY) -> None:
         self.crystal = crystal
         self.crystal_uncertainty = uncertainty
+        self.moved_at = -math.inf
+        """When the bin was last another one than the ticks lead to, POSIX seconds: an index pulse, or switched on."""
         self._bin: int | None = None  # after the tick below
         self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
         self._first: tuple[float, float, int] | None = None  # bounds of an early tick, and how many there were since
@@ -54,6 +57,13 @@ class TickClock:
         """Seconds since the last tick."""
         return time - self.last_tick(time)
 
+    def is_elsewhere(self, number: int, time: float) -> bool:
+        """Whether a bin that was told is another one than the ticks lead to."""
+        if self._bin is None:
+            return False
+        expected = self._bin + (time - (self._low + self._high) / 2.0) / self.tick_s
+        return abs((number - expected + 0.5 + BINS / 2.0) % BINS - BINS / 2.0) > _NEAR_TICKS
+
     def heard(self, number: int, earliest: float, latest: float) -> None:
         """Take in that the bin was this at some moment between two times."""
         bounds = latest - self.tick_s - (latest - earliest), latest
@@ -64,6 +74,7 @@ class TickClock:
         ticks = self._passed(number, (earliest + latest) / 2.0)
         self._carry(ticks or 0)
         if ticks is None:  # the index pulse moved the bin
+            self.moved_at = latest
             self._carry(math.floor((earliest - self._high) / self.tick_s))
             self._bin = number
             return

@@ -82,19 +82,33 @@ class Tracker:
         axis, tick, now = self._axes[0], self._ticks.tick_s, self._box.now()
         if self._guided_last + guiding.EVERY_S > now and rates.reach(_ahead(axis, path, now)[1]):
             return
-        self._watch.freshen()
-        lead = 2 * self._box.byte_s + self._box.delay_s
-        self._box.pause(self._box.now() + guiding.sent_after(self._ticks.since_tick(self._box.now() + lead), tick))
-        begin = self._box.now() + lead
+        begin = self._middle_of_a_tick()
         ahead, wanted = _ahead(axis, path, begin)
         pulse = guiding.pulse(ahead, wanted, rates, self._ticks.since_tick(begin), tick)
         self._guided_last = begin
         if pulse is None:
             return
-        command = commands.faster(pulse.ticks) if pulse.sign > 0 else commands.slower(pulse.ticks)
-        begin = self._box.send(command)
-        ends = pulse.ticks * tick - self._ticks.since_tick(begin)
-        axis.guided(axis.sign * (rates.faster if pulse.sign > 0 else rates.slower), begin, ends)
+        self._send_guide(pulse.ticks, faster=pulse.sign > 0)
+
+    def guide_for(self, ticks: int) -> float:
+        """Make axis 1 faster for so many ticks; return how many seconds that is."""
+        self._middle_of_a_tick()
+        return self._send_guide(ticks, faster=True)
+
+    def _middle_of_a_tick(self) -> float:
+        """Wait for it; return when a command that is sent now comes, POSIX seconds."""
+        self._watch.freshen()
+        lead = 2 * self._box.byte_s + self._box.delay_s
+        since = self._ticks.since_tick(self._box.now() + lead)
+        self._box.pause(self._box.now() + guiding.sent_after(since, self._ticks.tick_s))
+        return self._box.now() + lead
+
+    def _send_guide(self, ticks: int, *, faster: bool) -> float:
+        axis, rates = self._axes[0], self.rates
+        begin = self._box.send(commands.faster(ticks) if faster else commands.slower(ticks))
+        lasts = ticks * self._ticks.tick_s - self._ticks.since_tick(begin)
+        axis.guided(axis.sign * (rates.faster if faster else rates.slower), begin, lasts)
+        return lasts
 
     def _follow_two(self, path: AxisPath) -> float:
         axis, now = self._axes[1], self._box.now()

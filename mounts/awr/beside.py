@@ -97,6 +97,12 @@ class Beside:
             self._unit.slice_s = _WATCHED_S
             self._guardian.hasten()
 
+    def calm(self) -> None:
+        """No release is near any more."""
+        if self.armed and self._guardian is not None and self._unit.slice_s < float("inf"):
+            self._unit.slice_s = float("inf")
+            self._guardian.arm()
+
     def rest(self) -> None:
         """All keys are released; the guardian stays, unarmed, for the next one."""
         if self._guardian is not None and self.armed:

@@ -265,10 +265,11 @@ class Cascade:
         hold = key.hold(steps)
         for _ in range(_ROUNDS):
             hold = key.hold(steps + drift * (blip + key.duration(hold)))
-        slowest = rung is self.ladder.rungs[0]
-        if slowest and hold < self.ladder.exchange_s:
+        if rung is not self.ladder.lowest(axis, steps):
+            return _Hold(key, blip + hold, blip) if hold >= self.ladder.shortest_s else _Hold(None, math.inf)
+        if hold < self.ladder.exchange_s and abs(steps) <= WITHIN * self.ladder.guide_steps[axis]:
             return _Hold()  # it is there already
-        return _Hold(key, blip + hold, blip) if slowest or hold >= self.ladder.shortest_s else _Hold(None, math.inf)
+        return _Hold(key, blip + max(hold, self.ladder.exchange_s), blip)
 
     def _stage(self, rung: Rung, errors: Errors, begin: float, holds: Sequence[_Hold]) -> Stage:
         """One speed, with what it leaves and how long all that follows takes on the average."""

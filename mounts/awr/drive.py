@@ -11,18 +11,22 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
+from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
+from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
-from mounts.awr.holding import Holding
+from mounts.awr.drive_rates import DriveRates
+from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
-from mounts.awr.registers import BY_NAME, Flags
+from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.speeds import DRIVES, RateWords, Speeds
+from mounts.awr.speeds import Speeds
 from mounts.awr.supervision import SWITCHED, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
@@ -31,10 +35,14 @@ from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from pointing.plan import Leading
 from transports.errors import TransportError
 
-_AXES = (0, 1)
+if TYPE_CHECKING:
+    from mounts.awr.commands import Speed
+
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
+_CLOSING = 2.0  # times sidereal, at which an axis is led back to its path at most
 _COOKIE_EVERY_S = 10.0
+_TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
 _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
@@ -86,6 +94,8 @@ class AwrDrive:
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
             self.keys.delay_s = kept.delay_s
+        self._drives = DriveRates(unit, self.words, self.axes)
+        self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -94,7 +104,7 @@ class AwrDrive:
         self._cascade: Cascade | None = None
         self._stages = 0
         self._course: list[Stage] = []
-        self._jogging = False
+        self._jog: Keys | None = None  # the keys that are held until told otherwise
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
         self._slower: tuple[float | None, float | None] = (None, None)
@@ -110,6 +120,7 @@ class AwrDrive:
             rate_control=True,
             path_nodes=False,
             holds_rate_alone=True,
+            bounds_itself=False,
             units="steps",
             rests_within=max(self.ladder.guide_steps) if self.words.lasting else 0.0,
         )
@@ -123,11 +134,22 @@ class AwrDrive:
     def _ladder(self) -> Ladder:
         return self._usual[0]
 
+    @cached_property
+    def _resting_ladder(self) -> Ladder:
+        """The speeds while both drives are off."""
+        resting = self.words.resting
+        return self._slowed(resting, resting.ladder(self.exchange_s).careful_rates)[0]
+
     @property
     def _usual(self) -> tuple[Ladder, dict[int, int]]:
         """Speeds with a slew as fast as its jitter allows while axis 1 tracks, and the words for it."""
         usual = self.words.usual
         return self._slowed(usual, usual.ladder(self.exchange_s).careful_rates)
+
+    def _forget_ladders(self) -> None:
+        """The words were read anew."""
+        for name in ("_ladder", "_resting_ladder"):
+            self.__dict__.pop(name, None)
 
     @property
     def exchange_s(self) -> float:
@@ -139,7 +161,10 @@ class AwrDrive:
     @property
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
-        return AwrSlewModel(self.ladder, 0), AwrSlewModel(self.ladder, 1)
+        one, two = (
+            AwrSlewModel(self.ladder, i, self._resting_ladder, rate) for i, rate in enumerate(self.words.usual.drives)
+        )
+        return one, two
 
     @property
     def start_latency(self) -> float:
@@ -168,7 +193,7 @@ class AwrDrive:
             self.supervision.unsynchronised,
             now,
             (one, two),
-            moving=self._aims is not None or self._jogging or self.keys.busy,
+            moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
             delay_s=self.keys.delay_s,
@@ -181,6 +206,10 @@ class AwrDrive:
         """What a person should know."""
         late = self.keys.punctuality.note
         return (*self._own_notes, *self.supervision.notes, *((late,) if late else ()))
+
+    def told(self) -> tuple[str, ...]:
+        """What the unit told since this was asked last, for the event log."""
+        return self.supervision.told()
 
     # Connecting ------------------------------------------------------------------------------------------------
 
@@ -202,16 +231,23 @@ class AwrDrive:
             axis.drives_at(rate, time)
         if make_safe:
             self._rest()
-        status = self.unit.status()
-        if status is not None and status.override:
-            self.supervision.take([Happened(Override(stopped=True), time)])
+        self._ask_status(time)
         self._take_events()
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._slow_down(self._usual[1])
         self._cookie = self.words.bake()
         self._cookie_asked = self.unit.now()
         self._warn_of_words()
         return self._reading()
+
+    def _ask_status(self, time: float) -> None:
+        """Relays and override, of a firmware that tells them."""
+        status = self.unit.status()
+        if status is None:
+            return
+        self.supervision.relays = status.relays
+        if status.override != self.supervision.stopped:
+            self.supervision.take([Happened(Override(stopped=status.override), time)])
 
     def _check_past(self, time: float) -> None:
         """Whether the unit is as it was left."""
@@ -269,9 +305,16 @@ class AwrDrive:
         self._take_events()
         if self.supervision.was_reset:
             self._began_anew()
+        if (self.supervision.unsynchronised or self.supervision.stopped) and (
+            self._aims is not None or self.keys.busy
+        ):
+            self._give_up()
+        if self._drives.in_doubt and not self.keys.busy:
+            self._drives.resolve()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
+            self._ask_status(self.unit.now())
         return self._reading()
 
     def _take_events(self) -> None:
@@ -289,7 +332,7 @@ class AwrDrive:
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
             axis.known(axis.at(now).counts, now, math.inf)
             axis.drives_at(rate, now)
-        self.__dict__.pop("_ladder", None)
+        self._forget_ladders()
         self._cookie = self.words.bake()
 
     def _ask_cookie(self) -> None:
@@ -302,7 +345,7 @@ class AwrDrive:
 
     def _reading(self) -> Reading:
         now = self.unit.now()
-        slewing = self._aims is not None or self._jogging
+        slewing = self._aims is not None or self._jog is not None
         axes = []
         for axis in self.axes:
             state = axis.at(now)
@@ -321,6 +364,12 @@ class AwrDrive:
 
     # Slewing ---------------------------------------------------------------------------------------------------
 
+    def _require_ready(self) -> None:
+        if self.supervision.unsynchronised:
+            raise Unsynchronised(self.supervision.unsynchronised)
+        if self.supervision.stopped:
+            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
 
@@ -329,16 +378,14 @@ class AwrDrive:
         Unsynchronised, DriveRefused, AwrError, TransportError
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
-        if self.supervision.unsynchronised:
-            raise Unsynchronised(self.supervision.unsynchronised)
-        if self.supervision.stopped:
-            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        self._require_ready()
         if self.keys.busy:
             self.keys.halt()
+        self._jog = None
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
-            self._drive_at(axis, slew.rate_after)
+            self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
         full = self.words.full
         caps = [
@@ -352,7 +399,11 @@ class AwrDrive:
         self._aimed = time
         self._remember(self.memory)
         began = self.unit.now() + self.exchange_s + self.keys.delay_s
-        self._go_on()
+        try:
+            self._go_on()
+        except (DriveError, TransportError):
+            self._aims = None
+            raise
         return began
 
     def _errors(self, time: float) -> Errors:
@@ -367,10 +418,7 @@ class AwrDrive:
 
     def _go_on(self) -> None:
         """Begin the next stage, as long as a stage ends within this look."""
-        while self._aims is not None and not self.keys.busy:
-            if self.supervision.unsynchronised or self.supervision.stopped:
-                self._give_up()
-                return
+        while self._aims is not None and not self.keys.busy and not self.supervision.unsynchronised:
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
                 turned = self.axes[0].turned, self.axes[1].turned
@@ -395,7 +443,7 @@ class AwrDrive:
 
     def _give_up(self) -> None:
         self._aims = None
-        self._jogging = False
+        self._jog = None
         with suppress(TransportError):
             self.keys.halt()
 
@@ -409,31 +457,23 @@ class AwrDrive:
         DriveRefused, TransportError
             The unit does not take the rate, or does not answer.
         """
-        if self._aims is not None or self.keys.busy or self._jogging or self.supervision.unsynchronised:
+        if self._aims is not None or self.keys.busy or self._jog is not None or self.supervision.unsynchronised:
             return _LEAST_FOLLOW_S
         now = max(time, self.unit.now())
         ahead = path.at(now + _FOLLOW_S)
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
         self._resting = False
-        for axis, (there, _) in zip(self.axes, ahead, strict=False):
-            self._drive_at(axis, (there - axis.at(now).counts) / _FOLLOW_S)
+        most = _CLOSING * self._settings.sidereal_steps_per_s
+        for axis, (there, rate) in zip(self.axes, ahead, strict=False):
+            closing = (there - axis.at(now).counts) / _FOLLOW_S - rate
+            self._drives.drive_at(axis.index, rate + min(max(closing, -most), most))
         return _FOLLOW_S - (self.unit.now() - now)
-
-    def _drive_at(self, axis: AwrAxis, rate: float) -> None:
-        """Have a drive go at the rate nearest to one that its words can make."""
-        speeds = self.words.speeds
-        usual = Flags.of(self.words.lasting[BY_NAME[f"{DRIVES[axis.index]}_flags"].address]).postscaler
-        words = speeds.words_for(rate, usual)
-        axis.drives_at(speeds.of(words), self.words.drive_at(axis.index, words))
 
     def _rest(self) -> None:
         """Switch both drives off."""
         self._resting = True
-        for axis in self.axes:
-            flags = Flags.of(self.words.drive_flags(axis.index))._replace(enable=False)
-            counts = self.words.ram[BY_NAME[f"{DRIVES[axis.index]}_counts"].address]
-            axis.drives_at(0.0, self.words.drive_at(axis.index, RateWords(counts, flags)))
+        self._drives.rest()
 
     # At a speed ------------------------------------------------------------------------------------------------
 
@@ -448,14 +488,26 @@ class AwrDrive:
         self._beside.stand_by()
 
     def move_at(self, rates: Sequence[float], time: float) -> None:  # noqa: ARG002
-        """Refuse: a key has one of four speeds, and `jog` holds it for a time that is known.
+        """Hold the keys of the speed that comes nearest to the faster axis; called again, say that the host lives.
 
         Raises
         ------
-        DriveRefused
-            Always.
+        Unsynchronised, DriveRefused, AwrError, TransportError
+            As for `start`.
         """
-        raise DriveRefused("the keys have four speeds and no others: `jog` moves an axis by a way, at most so fast")
+        self._require_ready()
+        self.keys.require_hearing()
+        stage = held_at(self.words.speeds.ladder(self.exchange_s), rates)
+        wanted = keys_of(stage)
+        if wanted == self._jog:
+            self.keys.look()
+            self._take_events()
+            return
+        self.keys.halt()
+        self._jog = wanted
+        if stage is not None:
+            self._remember(self.memory)
+            self.keys.begin(stage)
 
     # All else --------------------------------------------------------------------------------------------------
 
@@ -483,7 +535,7 @@ class AwrDrive:
         DriveError, TransportError
             The unit does not confirm it.
         """
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         try:
             self.keys.halt()
         finally:
@@ -528,9 +580,116 @@ class AwrDrive:
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows
 
+    # In a person's hands ---------------------------------------------------------------------------------------
+
+    def soft_write(self, name: str, value: int) -> str:
+        """Write a word in RAM; return what it was, as a person reads it.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is no such register, or it is never written so; the unit does not hold it.
+        """
+        register = by_name(name)
+        before = shown(register, self.words.ram.get(register.address, 0))
+        self.hand.set_word(register, value)
+        self._words_changed()
+        return before
+
+    def commit(self) -> tuple[str, ...]:
+        """Have what a person wrote kept for good; return the names of the words.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            Nothing was written; the unit does not do it.
+        """
+        names = self.hand.commit()
+        self._words_changed()
+        return names
+
+    def discard(self) -> None:
+        """Have soft writes forgotten: the drives go as the non-volatile words say, and are stopped at once.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            The unit does not do it.
+        """
+        rested = self._resting or not any(axis.rate for axis in self.axes)
+        self.hand.discard()
+        self._words_changed()
+        if rested:
+            self._rest()
+        self.supervision.rates_are_sound()
+        self._cookie = self.words.bake()
+
+    def switch_relay(self, number: int, *, on: bool) -> None:
+        """Switch a relay.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            There is none; the unit does not do it.
+        """
+        self.hand.relay(number, on=on)
+        bit = 1 << number - 1
+        self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
+
+    def press(self, name: str, speed: str, seconds: float) -> None:
+        """Hold a key for a time.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            There is no such key or speed; there is no dead-man process, or the unit does not obey.
+        """
+        ladder = self.words.speeds.ladder(self.exchange_s)
+        self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+
+    def trial(self, name: str, speed: str, seconds: float, *, tracking: bool = False) -> tuple[Trial, float]:
+        """Hold a key to find out what it does, at rest or while axis 1 tracks; return it, and how long it tracked.
+
+        Raises
+        ------
+        AwrError, DriveError, TransportError
+            As for `press`; no motion was told.
+        """
+        began = self.unit.now()
+        if tracking:
+            self._drives.drive_at(0, math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
+            began = self.unit.now()
+        try:
+            most = _TRIAL_SLEW * self.words.lasting[BY_NAME["move_right"].address]
+            self._slow_down({each.address: min(self.words.lasting[each.address], most) for each in _SLEWS})
+            ladder = self.words.speeds.ladder(self.exchange_s)
+            trial = self.hand.trial(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
+        finally:
+            self._rest()
+        return trial, self.unit.now() - began if tracking else 0.0
+
+    def refuted(self, why: str) -> None:
+        """What the position rests on is not so."""
+        self._lose(why)
+
+    def differing(self) -> dict[str, tuple[int, int]]:
+        """Words that RAM holds otherwise than the non-volatile memory: this and that.
+
+        Raises
+        ------
+        TransportError
+            The unit does not answer.
+        """
+        self.words.read()
+        return self.words.differing()
+
+    def _words_changed(self) -> None:
+        self._forget_ladders()
+        self._drives.as_the_words_say()
+
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""
-        self._aims, self._jogging = None, False
+        self._aims = self._jog = None
         with suppress(TransportError, DriveError):
             self.keys.halt()
             if not keep_tracking:

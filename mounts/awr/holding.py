@@ -7,14 +7,15 @@ released at once.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
-from mounts.awr.messages import Event, Moving
+from mounts.awr.messages import Backlash, Event, Moving
 from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Unit
@@ -23,12 +24,20 @@ from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
 _TOLD_S = 0.25  # after its time in which an event must have come
+_TRIAL_S = 5.0  # longer that the end of a motion is waited for whose ramps are to be found out
+_STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
+_SIGMAS, _EARLY_S = 5.0, 0.01
+_INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
 _LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
 LOST = (
     "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
     "known star"
+)
+ODD = (
+    "axis {} moved for {:.2f} s instead of {:.2f} s: a damaged event, or frequency_unit or acceleration_unit is not "
+    "as configured (`commission` finds them out); `sync` on a known star"
 )
 FOREIGN = (
     "axis {} moved with no key of this program pressed: the hand box, or a garbled command; its keys were released. "
@@ -44,6 +53,18 @@ class _Held:
     pressed: float = math.nan  # POSIX seconds at which it was heard
     released: float = math.nan
     began: Happened | None = None
+
+    @property
+    def told_s(self) -> float:
+        """Seconds after its time in which the end of its motion must be told, be its ramps slower than thought."""
+        return _TOLD_S + 2.0 * self.press.key.climb_s
+
+
+class Trial(NamedTuple):
+    """A motion, and for how long its key was held, seconds."""
+
+    duration: float
+    hold: float
 
 
 class Holding:
@@ -81,8 +102,12 @@ class Holding:
         """The speed in force, where that is known."""
         self.delay_s = _USUAL_S
         """Seconds from hearing a key to its acting, as learnt."""
+        self.trials: list[Trial] | None = None
+        """What motions lasted, while it is found out what they should; None in all else."""
         self._held: dict[int, _Held] = {}
         self._due: list[tuple[float, int, bool]] = []
+        self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
+        self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
         self.moving = (False, False)
         """What the unit told last."""
 
@@ -128,6 +153,8 @@ class Holding:
         DriveError, TransportError
             The unit does not obey or answer; all keys were released, as far as it listens.
         """
+        if self._must_release:
+            self.let_go()
         try:
             while (until := self._until(soon_s)) is not None:
                 if self._due and self._due[0][0] <= until:
@@ -135,10 +162,19 @@ class Holding:
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
+            self._beside.calm()
+            self._listen(self._unit.now())
         except (DriveError, TransportError):
-            self.let_go()
+            if self._held:
+                self.let_go()
             raise
-        self._listen(self._unit.now())
+
+    def _unheard(self, axis: int) -> None:
+        """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
+        held = self._held.pop(axis)
+        self._due = [each for each in self._due if each[1] != axis]
+        self._unit.release((axis,))
+        self._suspect = axis, self._unit.now() + held.press.key.climb_s + _TOLD_S
 
     def _until(self, soon_s: float) -> float | None:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
@@ -148,7 +184,7 @@ class Holding:
             if held.began is None and not math.isnan(held.pressed):
                 dues.append(held.pressed + self.delay_s + _TOLD_S)
             elif not math.isnan(held.released) and self._ends(held) <= soon:
-                dues.append(self._ends(held) + _TOLD_S)
+                dues.append(self._ends(held) + self._told_s(held))
         return min(dues, default=None)
 
     def _overdue(self) -> None:
@@ -157,7 +193,7 @@ class Holding:
         for axis, held in list(self._held.items()):
             if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
                 self._lost(axis, "began")
-            elif now >= self._ends(held) + _TOLD_S:
+            elif now >= self._ends(held) + self._told_s(held):
                 self._lost(axis, "ended")
 
     def _do(self, due: float, axis: int, down: bool) -> None:
@@ -181,14 +217,14 @@ class Holding:
         try:
             heard = self._unit.key(body)
         except NoAnswer:
-            self._unit.listen(self._unit.now() + _LATEST_S)
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
-                self._held.pop(axis)  # neither an answer nor a motion: it was not heard
-                self._due = [each for each in self._due if each[1] != axis]
-                self._unit.release((axis,))
+                self._unheard(axis)
                 return
         held.pressed = heard
         self._axes[axis].pressed(held.press, heard + self.delay_s)
+
+    def _told_s(self, held: _Held) -> float:
+        return held.told_s + (_TRIAL_S if self.trials is not None else 0.0)
 
     def _ends(self, held: _Held) -> float:
         """When a motion is over that was released."""
@@ -206,41 +242,82 @@ class Holding:
         """Act on what the unit told of motion."""
         for each in happened:
             if isinstance(each.event, Moving):
-                self.moving = each.event.axes
+                self._compare(each)
                 for axis, moves in enumerate(each.event.axes):
                     self._told(axis, each, moves=moves)
 
+    def _compare(self, each: Happened) -> None:
+        """Each change is told by an event of its own: one that tells of two, or of none, shows that one was lost."""
+        assert isinstance(each.event, Moving)  # noqa: S101 - as whoever calls has seen
+        changed = [axis for axis in (0, 1) if each.event.axes[axis] != self.moving[axis]]
+        suspected, until = self._suspect
+        if len(changed) > 1 and self._held:
+            self._lose(LOST.format(changed[0] + 1, "began" if each.event.axes[0] else "ended"))
+        elif not changed and each.time < until:
+            self._lose(LOST.format(suspected + 1, "began"))
+        self.moving = each.event.axes
+
     def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
         held = self._held.get(axis)
+        if held is not None:
+            each = self._when(axis, held.press, each, moves=moves)
         if held is None:
             if moves:
                 self._foreign(axis)
         elif moves and held.began is None:
             held.began = each
-            if not math.isnan(held.pressed):
+            late = each.time - held.pressed - self.delay_s
+            jitter = self.punctuality.jitter
+            if not abs(late) <= _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S:
+                self._lost(axis, "began")  # this event is another's, or damaged: no key was pressed
+            else:
                 self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
                 self._axes[axis].began(each.time)
         elif not moves and held.began is not None:
-            duration, hold = each.time - held.began.time, held.press.hold
-            if not math.isnan(held.released):
-                hold = held.released - held.pressed
-                self.punctuality.heard(held.press, hold, duration)
-            way = held.press.measured(self.punctuality.jitter, duration, hold)
+            duration, hold = each.time - held.began.time, held.released - held.pressed
+            jitter, planned = self.punctuality.jitter, replace(held.press, hold=hold).duration
+            if self.trials is not None:
+                self.trials.append(Trial(duration, hold))
+                self._axes[axis].ended(held.press.planned(jitter), each.time)
+                del self._held[axis]
+                return
+            strange = _STRANGE_S + _SIGMAS * jitter.late_s(held.press.key, hold)
+            if math.isnan(hold) or abs(duration - planned) > strange:
+                self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
+                return
+            self.punctuality.heard(held.press, hold, duration)
+            way = held.press.measured(jitter, duration, hold)
             doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
         elif not moves and each.time > held.released + self.delay_s + _LATEST_S:
             self._lost(axis, "began")
 
-    def _lost(self, axis: int, what: str) -> None:
+    def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:
+        """An event that may have waited for the line, at the moment that a blip of its axis tells where there is one.
+
+        A blip is where the motor turns round: after the drive's rate is braked as a motion begins, before it is taken
+        up again as it ends.
+        """
+        if not each.early_s:
+            return each
+        since, turning = each.time - each.early_s, abs(self._axes[axis].rate) / press.key.acceleration
+        for blip in self._unit.peek():
+            mine = isinstance(blip.event, Backlash) and blip.event.axis == axis
+            if mine and since - _INSTANT_S <= blip.time <= each.time:
+                at = blip.time + (-turning if moves else turning)
+                return Happened(each.event, min(max(at, since), each.time), blip.early_s)
+        return each
+
+    def _lost(self, axis: int, what: str, why: str = "") -> None:
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self._unit.release((axis,))
         now = self._unit.now()
         here = self._axes[axis].at(now)
-        most = abs(held.press.key.rate) * (held.press.duration + _TOLD_S)
+        most = abs(held.press.key.rate) * (held.press.duration + held.told_s)
         self._axes[axis].known(here.counts, now, here.uncertainty + most)
-        self._lose(LOST.format(axis + 1, what))
+        self._lose(why or LOST.format(axis + 1, what))
 
     def _foreign(self, axis: int) -> None:
         """Something else moves an axis."""
@@ -252,15 +329,15 @@ class Holding:
     def let_go(self) -> None:
         """Release all keys, whatever was planned, as far as the unit listens; what moved is lost track of."""
         self._due.clear()
-        try:
-            self._unit.release()
-            self._beside.rest()
-        finally:
-            for axis, held in list(self._held.items()):
-                if math.isnan(held.pressed):
-                    del self._held[axis]
-                else:
-                    held.released = min(held.released, self._unit.now())
+        self._must_release = True
+        for axis, held in list(self._held.items()):
+            if math.isnan(held.pressed):
+                del self._held[axis]
+        heard = self._unit.release()
+        self._must_release = False
+        self._beside.rest()
+        for held in self._held.values():
+            held.released = heard if math.isnan(held.released) else held.released
 
     def halt(self) -> None:
         """Release all keys and wait until their motions have ended.
@@ -273,7 +350,6 @@ class Holding:
         now = self._unit.now()
         self.let_go()
         for axis, held in self._held.items():
-            held.released = now if math.isnan(held.released) else held.released
             began = now if held.began is None else held.began.time
             short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
             held.press = short

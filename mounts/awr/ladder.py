@@ -100,6 +100,8 @@ class Ladder:
         Seconds from one command to the next: both ways on the line.
     notice_s : float
         Seconds from the end of a motion until the next stage can begin: its event is there, and is read.
+    guide : tuple of float, optional
+        Motor steps of a guide step of each axis, where its keys do not tell, as the drives go otherwise than usual.
 
     Raises
     ------
@@ -111,6 +113,7 @@ class Ladder:
     jitter: Jitter = field(default_factory=Jitter)
     exchange_s: float = 0.012
     notice_s: float = 0.02
+    guide: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not self.rungs or not all(map(math.isfinite, self.guide_steps)) or not all(self.guide_steps):
@@ -122,13 +125,19 @@ class Ladder:
     @cached_property
     def guide_steps(self) -> tuple[float, float]:
         """Motor steps of a press of 0.1 s at GUIDE speed, of each axis."""
+        if self.guide is not None:
+            return self.guide
         one, two = (self.rungs[0].slowest(axis) * GUIDE_STEP_S for axis in range(2))
         return one, two
 
     @property
     def shortest_s(self) -> float:
-        """Seconds of the shortest press that is made: the release comes after it, for all jitter."""
+        """Seconds of the shortest press: its events do not meet the answers of its keys, for all jitter."""
         return max(2.0 * self.exchange_s, _SPREAD * self.jitter.hold_s)
+
+    def lowest(self, axis: int, way: float) -> Rung | None:
+        """The slowest speed that moves an axis in the direction of a way."""
+        return next((rung for rung in self.rungs if rung.key(axis, way)), None)
 
     @property
     def top(self) -> Rung:

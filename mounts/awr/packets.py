@@ -54,6 +54,8 @@ class Packets:
         return found
 
     def _take(self, byte: int, at: float) -> Packet | None:
+        if byte == START and self._body is not None and not self._body:
+            return None  # it came twice
         if byte == START:
             self._give_up()
             self._body, self._begun, self._behind = bytearray(), at, max(0.0, at - self._busy_since)

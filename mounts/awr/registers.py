@@ -72,8 +72,8 @@ def _table() -> Iterator[Register]:
     yield Register(0x18, "reserved", "reserved", "reserved")
     yield Register(0x19, "ra_backlash", "steps", "steps by which axis 1 takes up its backlash; 0: it does not")
     yield Register(0x1A, "dec_backlash", "steps", "steps by which axis 2 takes up its backlash; 0: it does not")
-    yield Register(CRC, "crc", "crc", "check word of the registers; never written")
-    yield Register(VERSION, "version", "version", "firmware, two digits and two decimals; never written")
+    yield Register(CRC, "crc", "crc", "check word of the registers")
+    yield Register(VERSION, "version", "version", "firmware, two digits and two decimals")
 
 
 REGISTERS = tuple(_table())

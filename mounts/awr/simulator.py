@@ -74,7 +74,8 @@ class SimulatedAwr:
         self.speed = "guide"
         self.keys = [0, 0]
         self.axes = (MovingAxis(float(positions[0])), MovingAxis(float(positions[1])))
-        self._missed = [0.0, 0.0]
+        self._missed = [0.0, 0.0]  # steps by which an axis is off its motor's, wired this way or that
+        self._senses = [1, 1]
         self._due: list[tuple[float, int, str]] = []  # commands that were heard and have not acted
         self._order = 0
         self._queue: deque[tuple[float, bytes]] = deque()  # what is to be said unasked
@@ -227,6 +228,7 @@ class SimulatedAwr:
 
     def _aim(self) -> None:
         """Let both motors ramp to the speeds that the keys and words ask for now."""
+        self._wire()
         fast = 1.0 + self.settings.clock_drift_ppm * 1e-6
         for i, axis in enumerate(self.axes):
             axis.target = 0.0 if self.stopped else self._wanted(i) * fast
@@ -234,6 +236,13 @@ class SimulatedAwr:
             axis.acceleration *= 1.0 + self.settings.acceleration_error
             axis.blip_rate = self.ram[0x14 + (i == 0)] * self.settings.frequency_unit
             self._blip(i)
+
+    def _wire(self) -> None:
+        """An axis whose direction sense is changed goes on from where it stands."""
+        for i, axis in enumerate(self.axes):
+            sense = self._sense(i)
+            self._missed[i] += (self._senses[i] - sense) * axis.position
+            self._senses[i] = sense
 
     def _blip(self, index: int) -> None:
         """Take up the play where a motor turns round."""
@@ -362,7 +371,7 @@ class SimulatedAwr:
     def true_position(self, axis: int) -> float:
         """Where the motor of axis 1 or 2 has brought it, steps, as LEFT and UP should lead to larger ones."""
         i = axis - 1
-        return self._sense(i) * self.axes[i].position + self._missed[i]
+        return self._senses[i] * self.axes[i].position + self._missed[i]
 
     def _sense(self, index: int) -> int:
         directions = self.ram[0x00]
@@ -384,6 +393,7 @@ class SimulatedAwr:
             "keys": list(self.keys),
             "axes": [axis.snapshot() for axis in self.axes],
             "missed": list(self._missed),
+            "senses": list(self._senses),
             "due": [[due - self._now, order, body] for due, order, body in self._due],
             "moving": list(self._moving),
             "random": [version, list(state), gauss],
@@ -396,6 +406,7 @@ class SimulatedAwr:
         self.wear, self.keys = Counter(dict(map(tuple, kept["wear"]))), list(kept["keys"])
         self.axes = (MovingAxis(**kept["axes"][0]), MovingAxis(**kept["axes"][1]))
         self._missed, self._moving = list(kept["missed"]), (kept["moving"][0], kept["moving"][1])
+        self._senses = list(kept["senses"])
         self._due = [(self._now + due, order, body) for due, order, body in kept["due"]]
         self._order = max((order for _, order, _ in self._due), default=0)
         version, state, gauss = kept["random"]

@@ -10,7 +10,7 @@ to be sought.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -19,11 +19,12 @@ import numpy as np
 from mounts.awr.cascade import Cascade, Errors
 from mounts.awr.commands import Speed
 from mounts.awr.ladder import Ladder
-from mounts.awr.outlook import bound_of, overhead_of
+from mounts.awr.outlook import WITHIN, bound_of, overhead_of
 from mounts.awr.ramps import Key
 
 _SIGMAS = 3.5
 _HALVINGS = 60
+_ERRORS = 100  # up to the bound, that are looked at
 _FARTHEST_S = 1e6
 
 
@@ -68,7 +69,7 @@ class AwrTravel:
         ways = (0.0, self.way) if axis else (self.way, 0.0)
         return [
             Foreseen(stage.speed, press.hold, stage.leaves[axis], stage.known_sigmas[axis])
-            for stage in Cascade(self.model.ladder).foreseen(Errors(ways))
+            for stage in Cascade(self.model.speeds(self.rate)).foreseen(Errors(ways))
             if (press := stage.presses[axis])
         ]
 
@@ -94,10 +95,16 @@ class AwrSlewModel:
         The speeds of both axes.
     axis : int
         0 or 1.
+    resting : Ladder, optional
+        The speeds where its drive is off, for targets slower than half of `tracks`.
+    tracks : float
+        Steps a second of the drive for which `ladder` is.
     """
 
     ladder: Ladder
     axis: int
+    resting: Ladder | None = None
+    tracks: float = 0.0
 
     @property
     def max_rate(self) -> float:
@@ -107,12 +114,17 @@ class AwrSlewModel:
     def limited(self, max_rate: float) -> "AwrSlewModel":
         """The same axis with a slower slew, steps a second."""
         rates = [min(max_rate, rate) if i == self.axis else rate for i, rate in enumerate(self.ladder.slew_rates)]
-        return AwrSlewModel(self.ladder.slewing_at(rates), self.axis)
+        resting = self.resting and self.resting.slewing_at(rates)
+        return replace(self, ladder=self.ladder.slewing_at(rates), resting=resting)
+
+    def speeds(self, rate: float) -> Ladder:
+        """The speeds for a target of a rate."""
+        return self.ladder if self.resting is None or abs(rate) > abs(self.tracks) / 2.0 else self.resting
 
     def onto(self, start: float, start_rate: float, position: float, rate: float) -> AwrTravel:  # noqa: ARG002
         """Travel onto a line that is at `position` steps as it begins and moves with `rate`."""
         way = position - start
-        duration, key = self._soonest(way)
+        duration, key = self._soonest(way, rate)
         return AwrTravel(start, rate, way, duration, key, self)
 
     def travel(self, start: float, end: float, start_rate: float, end_rate: float) -> AwrTravel:
@@ -122,7 +134,7 @@ class AwrSlewModel:
         """
 
         def early(duration: float) -> bool:
-            return duration < self._soonest(end - end_rate * duration - start)[0]
+            return duration < self._soonest(end - end_rate * duration - start, end_rate)[0]
 
         low, high = 0.0, 1.0
         while early(high) and high < _FARTHEST_S:
@@ -132,10 +144,10 @@ class AwrSlewModel:
             low, high = (middle, high) if early(middle) else (low, middle)
         return self.onto(start, start_rate, end - end_rate * high, end_rate)
 
-    def _soonest(self, way: float) -> tuple[float, Key | None]:
+    def _soonest(self, way: float, rate: float) -> tuple[float, Key | None]:
         """Seconds at most, and the key of the first press."""
-        best, chosen = math.inf, None
-        for rung, tail in zip(self.ladder.rungs, tails(self.ladder), strict=True):
+        best, chosen, ladder = math.inf, None, self.speeds(rate)
+        for rung, tail in zip(ladder.rungs, tails(ladder), strict=True):
             key = rung.key(self.axis, way)
             if key is not None:
                 seconds = key.duration(key.hold(way)) + tail
@@ -151,5 +163,6 @@ def tails(ladder: Ladder) -> tuple[float, ...]:
     for rung in ladder.rungs:
         rates = [abs(key.rate) / ladder.guide_steps[axis] for axis in range(2) for key in rung.keys[axis] if key]
         left = 2.0 * max(rates) * ladder.jitter.surprise_s * _SIGMAS  # twice, as the peak grows too before it is full
-        found.append(overhead + float(bound(np.array(left))))
+        # A smaller error may take longer, where it is too small for a fast key.
+        found.append(overhead + float(bound(np.geomspace(WITHIN, max(WITHIN, left), _ERRORS)).max()))
     return tuple(found)

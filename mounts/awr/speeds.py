@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mounts.awr.commands import Speed
 from mounts.awr.errors import AwrError
-from mounts.awr.ladder import Ladder, Rung
+from mounts.awr.ladder import GUIDE_STEP_S, Ladder, Rung
 from mounts.awr.registers import BY_NAME, Flags
 from mounts.awr.settings import AwrSettings
 
@@ -156,7 +156,10 @@ class Speeds:
         rungs = [
             Rung.of(speed, [self.motor(speed, axis) for axis in (0, 1)], drives, accelerations) for speed in ORDER
         ]
-        return Ladder(tuple(rungs), self.settings.jitter, exchange_s)
+        usual = Speeds(self.settings, self.lasting, self.lasting)
+        guide = Rung.of("guide", [usual.motor("guide", axis) for axis in (0, 1)], usual.drives, accelerations)
+        steps = guide.slowest(0) * GUIDE_STEP_S, guide.slowest(1) * GUIDE_STEP_S
+        return Ladder(tuple(rungs), self.settings.jitter, exchange_s, guide=steps)
 
     def _words(self, name: str, words: Mapping[int, int]) -> RateWords:
         counts, flags = (words.get(BY_NAME[f"{name}_{part}"].address, 0) for part in ("counts", "flags"))

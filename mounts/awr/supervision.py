@@ -5,6 +5,7 @@ Whatever makes its position doubtful makes it unsynchronised, with the reason, u
 
 from collections.abc import Callable
 
+from mounts.awr.commands import RELAYS
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Override
 from mounts.awr.registers import Register
 from mounts.awr.unit import Happened
@@ -51,23 +52,32 @@ class Supervision:
         """It began anew, and nobody has looked at its words since."""
         self.index = index
         """When the worm of axis 1 passed its index last, and where the axis was."""
+        self.relays = 0
+        """Those that are on, bit by bit."""
         self.lines: Lines | None = None
         self.backlash: tuple[bool | None, bool | None] = (None, None)
         """The sense in which the play of each axis was taken up last."""
         self._place = place
         self._last_rate = last_rate
         self._notes: list[str] = []
+        self._untold: list[str] = []
         self._fault = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was seen, the newest last."""
-        return tuple(self._notes)
+        """What was seen, the newest last, and which relays are on."""
+        on = [str(number) for number in RELAYS if self.relays >> number - 1 & 1]
+        return (*self._notes, *((f"relays on: {', '.join(on)}",) if on else ()))
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """What stands."""
         return (self._fault,) if self._fault else ()
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since this was asked last."""
+        told, self._untold = tuple(self._untold), []
+        return told
 
     def take(self, happened: list[Happened]) -> None:
         """Act on what the unit told."""
@@ -109,8 +119,8 @@ class Supervision:
             self.note("the override was lifted; the axes go on at their drive rates")
 
     def lose(self, why: str) -> None:
-        """The position is unknown from now on."""
-        self.unsynchronised = why
+        """The position is unknown from now on, for the first reason that there was."""
+        self.unsynchronised = self.unsynchronised or why
         self.note(why)
 
     def synchronised(self) -> None:
@@ -123,6 +133,7 @@ class Supervision:
 
     def note(self, text: str) -> None:
         """What a person should know."""
+        self._untold.append(text)
         if text in self._notes:
             self._notes.remove(text)
         self._notes = [*self._notes[-(_NOTES - 1) :], text]

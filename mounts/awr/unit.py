@@ -6,7 +6,7 @@ nothing is asked again before the line has been silent. Key releases alone are r
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.errors import AwrError
@@ -28,17 +28,16 @@ from transports.errors import LinkError, NoAnswer
 from transports.link import Clock, Link
 
 PACKET_S = 0.1  # for each packet of an answer
-RELEASE_AGAIN_S = 0.04  # after which a release that was not answered is sent again
+KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
+RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
 _BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
-_RELEASES = 12
+_RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
 _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
 _LOSSES = 20  # remembered
-
-T = TypeVar("T", bound=Response)
 
 
 class Happened(NamedTuple):
@@ -175,8 +174,7 @@ class Unit:
             It does not answer; nobody knows whether it obeyed.
         """
         self._quiet()
-        done = self._asked(body, Done)
-        if not done.ok:
+        if self._answered(body, lambda said: isinstance(said, Done), KEY_S) != Done(ok=True):
             raise DriveRefused(
                 f"the unit refuses {body!r}: its override input stopped it, or it is busy; press the override button "
                 "at the drive box, then try again"
@@ -197,6 +195,7 @@ class Unit:
 
     def _released(self, axis: int) -> None:
         data, error = commands.packet(commands.RELEASES[axis]), None
+        lost_links = 0
         for attempt in range(_RELEASES):
             self._unsettled |= attempt > 0  # an answer to a release that was repeated may still come
             try:
@@ -208,11 +207,13 @@ class Unit:
                         return
             except LinkError as lost:
                 self._drop()
-                error = lost
+                error, lost_links = lost, lost_links + 1
+                if lost_links == _LINKS:
+                    break
             self.damaged += 1
         raise error or NoAnswer(
-            f"{self.name}: the unit does not confirm that its keys are released; switch the drive off at its power "
-            "switch if it moves"
+            f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
+            "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
         )
 
     def read(self, address: int) -> int | None:
@@ -391,11 +392,6 @@ class Unit:
             self.damaged += 1
         assert error is not None  # noqa: S101 - there was a try
         raise error
-
-    def _asked(self, body: str, form: type[T]) -> T:
-        said = self._answered(body, lambda said: isinstance(said, form))
-        assert isinstance(said, form)  # noqa: S101 - as it was asked to be
-        return said
 
     def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float = PACKET_S) -> Response:
         """Send a command and wait for its answer."""

@@ -5,8 +5,9 @@ else, one unit of the acceleration of axis 2, is the cookie: it is lost with the
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Register, shown
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.unit import Unit
@@ -39,7 +40,7 @@ class Words:
         """The rate register that was written last."""
 
     def read(self) -> None:
-        """Read all words, of RAM those on which motion and rest depend.
+        """Read all words, the non-volatile ones and those in RAM.
 
         Raises
         ------
@@ -48,7 +49,7 @@ class Words:
         """
         self.lasting = self._unit.read_all()
         known, self.ram = self.ram, dict(self.lasting)
-        for address in (*_DRIVES, *_SLEWS, _COOKIE.address):
+        for address in (register.address for register in REGISTERS if register.writable):
             value = self._unit.read(address | RAM)
             self.tells_ram = value is not None
             if value is None:
@@ -68,9 +69,26 @@ class Words:
         return Speeds(self._settings, self.lasting, self.ram)
 
     @property
+    def tracks(self) -> int:
+        """The sense in which axis 1 tracks without a program."""
+        return 1 if Flags.of(self.lasting[_DRIVES[1]]).positive else -1
+
+    @property
+    def centre_rate(self) -> float:
+        """Steps a second of CENTRE in the sense in which axis 1 tracks, by its words alone."""
+        return self.speeds.rate("centre_left" if self.tracks > 0 else "centre_right")
+
+    @property
     def usual(self) -> Speeds:
         """The same with the drives as they are without a program, so that axis 1 tracks."""
         return self._speeds_with(*_DRIVES, *_SLEWS)
+
+    @property
+    def resting(self) -> Speeds:
+        """The same with both drives off."""
+        usual = self.usual
+        flags = [BY_NAME[f"{name}_flags"].address for name in DRIVES]
+        return replace(usual, ram={**usual.ram, **{each: usual.ram[each] & ~1 for each in flags}})
 
     @property
     def full(self) -> Speeds:
@@ -103,14 +121,22 @@ class Words:
             f"{register.name} was written {value} and reads otherwise; check the line, then `drive discard`"
         )
 
-    def drive_at(self, axis: int, words: RateWords) -> float:
-        """Have a drive go by other words; return when the last one was heard."""
-        heard = self._unit.now()
+    def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
+        """Have a drive go by other words; return those that were in force one after the other, and since when."""
+        went = list[tuple[RateWords, float]]()
         for part, value in (("counts", words.counts), ("flags", words.flags.word)):
             register = BY_NAME[f"{DRIVES[axis]}_{part}"]
             if self.ram.get(register.address) != value:
                 heard = self.soft_write(register, value)
-        return heard
+                went.append((self.speeds.drive_words(axis), heard))
+        return went or [(words, self._unit.now())]
+
+    def read_drive(self, axis: int) -> None:
+        """Read the words of a drive that are in force, as far as the unit tells them."""
+        for address in _DRIVES[2 * axis : 2 * axis + 2]:
+            value = self._unit.read(address | RAM) if self.tells_ram else None
+            if value is not None:
+                self.ram[address] = value
 
     def drive_flags(self, axis: int) -> int:
         """The flags in force of a drive."""

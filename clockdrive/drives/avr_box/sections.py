@@ -45,6 +45,8 @@ class AvrSimulator(SimulatorSection):
     encoder_reversed2: bool
     busy: Literal["restart", "ignore"]
     lost_steps: float
+    encoder_counts_per_turn: int
+    slew_table: Path | None
     index_pulse: bool
 
 

@@ -1,10 +1,11 @@
 """What a configuration means for a stepper box: its gears, its slew table, and what its driver must know."""
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
-from clockdrive.drives.avr_box.sections import AvrAxis, axes_of, drive_of
+from clockdrive.drives.avr_box.sections import AvrAxis, axes_of, drive_of, simulator_of
 from clockdrive.errors import ConfigurationError
 from pointing.gearing import Gearing
 
@@ -64,15 +65,30 @@ def slew_table(configuration: Configuration) -> tuple[int, ...]:
     ConfigurationError
         The file is no slew table.
     """
+    return _table(configuration, "drive.slew_table", drive_of(configuration).slew_table)
+
+
+def simulated_slew_table(configuration: Configuration) -> tuple[int, ...]:
+    """That of the simulator, where it is another one.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is no slew table.
+    """
+    path = simulator_of(configuration).slew_table
+    return slew_table(configuration) if path is None else _table(configuration, "simulator.slew_table", path)
+
+
+def _table(configuration: Configuration, key: str, path: Path | None) -> tuple[int, ...]:
     from mounts.avr_box.slew_table import SlewTableError, read_slew_table, standard  # noqa: PLC0415 - by kind
 
-    path = drive_of(configuration).slew_table
     if path is None:
         return standard()
     try:
         return read_slew_table(path)
     except SlewTableError as error:
-        raise ConfigurationError(configuration.source, [f"drive.slew_table: {error}"]) from error
+        raise ConfigurationError(configuration.source, [f"{key}: {error}"]) from error
 
 
 def settings(configuration: Configuration) -> "AvrSettings":

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.avr_box.sections import axes_of, drive_of, simulator_of
-from clockdrive.drives.avr_box.settings import park_counts, signs, slew_table, steps_per_turn, worm_steps
+from clockdrive.drives.avr_box.settings import park_counts, signs, simulated_slew_table, steps_per_turn, worm_steps
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.simulator_settings import SimulatorSettings
 
@@ -38,7 +38,8 @@ def _settings(configuration: Configuration) -> SimulatorSettings:
         | {
             "reversed1": section.reversed1 != one.reversed,
             "reversed2": section.reversed2 != two.reversed,
-            "encoder_counts_per_turn": drive_of(configuration).encoder_counts_per_turn,
-            "slew_table": slew_table(configuration),
+            "encoder_counts_per_turn": section.encoder_counts_per_turn
+            or drive_of(configuration).encoder_counts_per_turn,
+            "slew_table": simulated_slew_table(configuration),
         }
     )

@@ -74,6 +74,31 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == ""
 
 
+@pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
+def test_a_box_that_was_switched_off_while_no_program_ran_is_unsynchronised_for_the_next_one(where):
+    bench = opened()
+    bench.slew(*where)
+    bench.clock.sleep(2.0)
+    bench.read()
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(600.0)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
+    again = Bench(memory=memory, box=fresh, clock=bench.clock)
+    assert again.connect().unsynchronised == SWITCHED
+
+
+def test_a_box_that_was_switched_on_is_given_its_flags_by_a_sync():
+    bench = opened()
+    bench.slew(60_000.0, 50_000.0)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
+    bench.box.__dict__.update(fresh.__dict__)
+    assert bench.read().unsynchronised == SWITCHED
+    assert bench.box.flags == 0x04  # PEC on, no guiding
+    bench.drive.sync((60_000.0, 50_000.0), bench.clock.now())
+    assert bench.box.flags == 0x12
+
+
 @pytest.mark.parametrize("axis", [1, 2])
 def test_an_encoder_wired_backwards_is_told_with_the_remedy_and_no_longer_pointed_by(axis):
     bench = opened(**{f"encoder_reversed{axis}": True})

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 from awr_bench import SETTINGS, SIDEREAL, Bench
 
+from mounts.awr.factory import factory
 from mounts.awr.registers import BY_NAME
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.uncertainty import Jitter
 from mounts.drive import AxisSlew
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-GOTOS = 1000 if FULL else 15
-MOON_H = 1.0 if FULL else 0.05
+GOTOS = 1000 if FULL else 10
+MOON_H = 1.0 if FULL else 0.02
 STEPS_PER_RADIAN = math.degrees(SIDEREAL / 0.00417807)
 ARCSEC_PER_STEP = math.degrees(3600.0 / STEPS_PER_RADIAN)
 
@@ -54,7 +55,7 @@ def random_gotos(stamp_s: float, seed: int, execution_s: float = 5e-3) -> tuple[
         errors.append(math.hypot((true[0] - wanted[0]) / steps[0], (true[1] - wanted[1]) / steps[1]))
         stated = [axis.at(end).uncertainty for axis in drive.axes]
         held += [abs(off) <= doubt for off, doubt in zip(bench.off(), stated, strict=True) if doubt]
-        assert not drive.supervision.unsynchronised
+        assert not drive.supervision.unsynchronised, drive.supervision.unsynchronised
     return bench, sorted(errors), held, late
 
 
@@ -76,12 +77,12 @@ def test_random_gotos_end_where_they_should_and_as_surely_as_is_said(stamp_s):
 
 
 def test_keys_that_are_less_punctual_than_configured_are_noticed_and_widen_what_is_stated():
-    bench, errors, held, _ = random_gotos(5e-3, seed=3, execution_s=20e-3)
+    bench, errors, held, _ = random_gotos(5e-3, seed=3, execution_s=12e-3)
     keys, share = bench.drive.keys.punctuality, statistics.fmean(held)
     print(
         f"{len(errors)} gotos: {keys.widened:.2f} times as unpunctual, the stated interval holds {100 * share:.1f} %"
     )
-    assert 2.0 < keys.widened < 4.0
+    assert 1.5 < keys.widened < 2.2  # √(12² + 5²) / √(5² + 5²) = 1.84
     assert any("lasted longer or shorter than planned" in note for note in bench.drive.notes)
     as_configured, *_ = random_gotos(5e-3, seed=4)
     assert as_configured.drive.keys.punctuality.widened == 1.0
@@ -102,6 +103,38 @@ def test_one_goto_after_the_other_slews_as_fast_as_the_first():
     bench.drive.stop(bench.clock.now())
     bench.slew(3000.0, 3000.0)
     assert [bench.drive.words.ram[BY_NAME[name].address] for name in ("slew_right", "slew_up")] == slews[0]
+
+
+def test_a_direction_at_rest_is_reached_as_well_as_a_star():
+    bench = Bench()  # with the drive of axis 1 off, both its guide keys lead to larger counts
+    bench.connect()
+    rng, worst = random.Random(6), []  # noqa: S311
+    for _ in range(10):
+        targets = rng.uniform(-2e4, 2e4), rng.uniform(-2e4, 2e4)
+        bench.slew(*targets, rates=(0.0, 0.0))
+        off = [(true - there) for true, there in zip(bench.true(), targets, strict=True)]
+        worst.append(math.hypot(*off) / (0.03 * SIDEREAL))
+        for axis, true in zip(bench.drive.axes, bench.true(), strict=True):
+            axis.known(true, bench.clock.now(), 0.0)
+    print(f"10 gotos to rest: at most {max(worst):.2f} guide steps off")
+    assert sorted(worst)[-2] <= 2.0
+
+
+def test_events_that_wait_behind_those_of_a_blip_are_timed_by_it():
+    plays = (200, 300)
+    bench = Bench(unit=SimulatorSettings(words=factory(backlash=plays)))
+    bench.connect()
+    rng, worst = random.Random(2), 0.0  # noqa: S311
+    for _ in range(8):
+        before = bench.off()
+        bench.slew(rng.uniform(-5e3, 5e3), rng.uniform(-5e3, 5e3))
+        bench.clock.sleep(0.1)  # blips are over
+        for was, off, play in zip(before, bench.off(), plays, strict=True):
+            taken_up = play * round((off - was) / play)  # the motor is so much ahead of the axis
+            worst = max(worst, abs(off - was - taken_up) / bench.drive.ladder.guide_steps[0])
+        assert not bench.drive.supervision.unsynchronised
+    print(f"8 gotos, plays of {plays} steps taken up: at most {worst:.2f} guide steps off the reckoning")
+    assert worst < 2.5  # 0.6 RMS in 16 cases, and what a guide press adds
 
 
 class MoonPath:
@@ -158,7 +191,7 @@ def test_the_moon_is_followed_by_the_drive_registers():
     rates = [rate * ARCSEC_PER_STEP for _, rate in path.at(bench.clock.now())]
     print(f"the Moon for {MOON_H:g} h, {rates[0]:.2f} and {rates[1]:.3f}″/s: RMS {rms[0]:.3f}″ and {rms[1]:.3f}″")
     assert len(offs) > 600 * MOON_H
-    assert math.hypot(*rms) <= 2.0
+    assert math.hypot(*rms) <= 0.02  # a rate between two words of it is reckoned too
 
 
 def test_the_quantisation_of_a_drive_rate_is_shown():
