@@ -268,6 +268,8 @@ class AwrDrive:
         plays = [name for name in ("ra_backlash", "dec_backlash") if self.words.lasting.get(BY_NAME[name].address)]
         if plays:
             self._own_notes = (*self._own_notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        if wrong := self.words.usual.contradiction():
+            self._own_notes = (*self._own_notes, wrong)
         if not self.words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
@@ -369,6 +371,8 @@ class AwrDrive:
             raise Unsynchronised(self.supervision.unsynchronised)
         if self.supervision.stopped:
             raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        if wrong := self.words.usual.contradiction():
+            raise DriveRefused(wrong)
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.

@@ -210,6 +210,8 @@ def test_what_cannot_be_is_refused_with_what_can(tmp_path, ask, said):
     "opposite",
     [
         {"simulator.frequency_unit": 0.5},
+        {"simulator.rate_reference": "sky"},
+        {"drive.rate_reference": "sky"},
         {"simulator.acceleration_unit": 2.0},
         {"simulator.acceleration_error": 0.5},
     ],
@@ -222,8 +224,9 @@ def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tm
             scope.goto(star_at(scope, 60.0, 50.0))
         except (DriveError, ClockdriveError) as found:
             why = str(found)
-        assert "frequency_unit" in why
-        assert not scope.status().json["synchronised"]
+        told = "rate_reference" if any("reference" in name for name in opposite) else "frequency_unit"
+        assert told in why
+        assert told == "rate_reference" or not scope.status().json["synchronised"]
 
 
 @pytest.mark.parametrize(("firmware", "said"), [(0.12, "speaks without packets"), (0.59, "")])
