@@ -93,7 +93,7 @@ class AwrDrive:
         self._beside = Beside(unit, guardian)
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
-            self.keys.delay_s = kept.delay_s
+            self.keys.remember_delay(kept.delay_s)
         self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
@@ -196,7 +196,7 @@ class AwrDrive:
             moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
-            delay_s=self.keys.delay_s,
+            delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
         ).as_json()
