@@ -149,10 +149,12 @@ def test_sync_repairs_what_the_override_spoilt_and_the_event_log_tells_of_it(tmp
         scope.stop()
         scope.sync(star_at(scope, 60.0, 50.0))
         assert scope.status().json["synchronised"]
-        texts = " ".join(event.text for event in scope.store.events()) if hasattr(scope, "store") else ""
-        told = texts or " ".join(scope.status().json["notes"])
-    assert "override" in told
+        scope.drive.set("relay_3", "on")
+        told = " ".join(event.text for event in scope.events() if event.kind == "drive")
+    assert "override input stopped" in told
+    assert "override was lifted" in told
     assert "lines high: AC" in told
+    assert "relay_3 set to on" in told
 
 
 def test_words_relays_and_keys_are_in_a_persons_hands(tmp_path):
