@@ -93,7 +93,7 @@ class AwrDrive:
         self._beside = Beside(unit, guardian)
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
-            self.keys.delay_s = kept.delay_s
+            self.keys.remember_delay(kept.delay_s)
         self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
@@ -196,7 +196,7 @@ class AwrDrive:
             moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
-            delay_s=self.keys.delay_s,
+            delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
         ).as_json()
@@ -268,6 +268,8 @@ class AwrDrive:
         plays = [name for name in ("ra_backlash", "dec_backlash") if self.words.lasting.get(BY_NAME[name].address)]
         if plays:
             self._own_notes = (*self._own_notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        if wrong := self.words.usual.contradiction():
+            self._own_notes = (*self._own_notes, wrong)
         if not self.words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
@@ -369,6 +371,8 @@ class AwrDrive:
             raise Unsynchronised(self.supervision.unsynchronised)
         if self.supervision.stopped:
             raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        if wrong := self.words.usual.contradiction():
+            raise DriveRefused(wrong)
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
