@@ -334,10 +334,7 @@ class Slewing:
         session, speeds = self._session, speeds or {}
         session.begin(_activity(plan, doing))
         turns = plan.rotator
-        due = plan.landings if not session.drive.axes_land_together else (plan.arrival, plan.arrival)
-        slews = [
-            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
-        ]
+        slews = self._slews(plan, speeds)
         if turns is not None:
             slews.append(AxisSlew(turns.axis.target_counts, turns.axis.rate_counts, arrival=turns.arrival))
         with self._stopped_on_failure():
@@ -346,6 +343,21 @@ class Slewing:
             if onto is not None and session.drive.capabilities.path_nodes:
                 session.pursue(onto, plan)
             yield from self._landing(plan, report)
+
+    def _slews(self, plan: Plan, speeds: dict[int, float]) -> list[AxisSlew]:
+        """What each axis is told; one that goes on at a rate of its own, for the moment when both have landed."""
+        drive, gearings = self._session.drive, [axis.gearing for axis in self._session.planner.axes]
+        if not (drive.capabilities.rate_control or drive.capabilities.path_nodes):
+            return [
+                AxisSlew(
+                    gearing.counts(axis.angle), axis.rate * gearing.counts_per_radian, speeds.get(i), plan.arrival
+                )
+                for i, (axis, gearing) in enumerate(zip(plan.axes, gearings, strict=True))
+            ]
+        due = plan.landings if not drive.axes_land_together else (plan.arrival, plan.arrival)
+        return [
+            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
+        ]
 
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:
