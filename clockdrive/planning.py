@@ -47,6 +47,12 @@ _DECIDING = frozenset(
 )
 
 
+def counted(configuration: Configuration) -> tuple[int, int]:
+    """The lowest and the highest count at which an axis of the configured drive can stand."""
+    signed = kind_of(configuration).axes(configuration)[0].units == "microsteps"
+    return (-(2**31), 2**31 - 1) if signed else (0, 0xFFFFFF)
+
+
 def plan_from(
     configuration: Configuration,
     target: "TargetLike",
