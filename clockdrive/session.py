@@ -139,10 +139,13 @@ class Session:
         """Leave the drive safe; return whether it goes on tracking.
 
         With `keep_tracking` a drive that holds its rate alone goes on at it, bounded by its own soft limits, which
-        were written and read back; any other is stopped. One that cannot be stopped tracks on in any case.
+        were written and read back; any other is stopped, but for what was found tracking by itself and is left so.
+        One that cannot be stopped tracks on in any case.
         """
-        led = self.pursuit is not None and self.pursuit.led
-        keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone and not led
+        capabilities, pursuit = self.drive.capabilities, self.pursuit
+        bounded = capabilities.bounds_itself or pursuit is None
+        led = pursuit is not None and pursuit.led
+        keep = keep_tracking and self.doing == "tracking" and capabilities.holds_rate_alone and bounded and not led
         self.pursuit = None
         try:
             self.drive.close(self.clock.now(), keep_tracking=keep)

@@ -90,8 +90,8 @@ def goto(args: argparse.Namespace) -> None:
 
 
 _STOPS = (
-    "this drive does not track by itself: the telescope is stopped on arrival; say `--for TIME`, or have `clockdrive "
-    "run` in another terminal go on with it"
+    "this drive does not track by itself within limits of its own: the telescope is stopped on arrival; say `--for "
+    "TIME`, or have `clockdrive run` in another terminal go on with it"
 )
 
 
