@@ -18,14 +18,15 @@ from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
+from mounts.awr.drive_rates import DriveRates
 from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
-from mounts.awr.registers import BY_NAME, Flags, by_name, shown
+from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.speeds import DRIVES, RateWords, Speeds
+from mounts.awr.speeds import Speeds
 from mounts.awr.supervision import SWITCHED, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
+_CLOSING = 2.0  # times sidereal, at which an axis is led back to its path at most
 _COOKIE_EVERY_S = 10.0
 _TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
@@ -91,7 +93,8 @@ class AwrDrive:
         self._beside = Beside(unit, guardian)
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
-            self.keys.delay_s = kept.delay_s
+            self.keys.remember_delay(kept.delay_s)
+        self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
         self._cookie: int | None = kept.cookie
@@ -101,7 +104,6 @@ class AwrDrive:
         self._cascade: Cascade | None = None
         self._stages = 0
         self._course: list[Stage] = []
-        self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._jog: Keys | None = None  # the keys that are held until told otherwise
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
@@ -194,7 +196,7 @@ class AwrDrive:
             moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
-            delay_s=self.keys.delay_s,
+            delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
         ).as_json()
@@ -266,6 +268,8 @@ class AwrDrive:
         plays = [name for name in ("ra_backlash", "dec_backlash") if self.words.lasting.get(BY_NAME[name].address)]
         if plays:
             self._own_notes = (*self._own_notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        if wrong := self.words.usual.contradiction():
+            self._own_notes = (*self._own_notes, wrong)
         if not self.words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
@@ -307,8 +311,8 @@ class AwrDrive:
             self._aims is not None or self.keys.busy
         ):
             self._give_up()
-        if self._doubts and not self.keys.busy:
-            self._resolve()
+        if self._drives.in_doubt and not self.keys.busy:
+            self._drives.resolve()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
@@ -367,6 +371,8 @@ class AwrDrive:
             raise Unsynchronised(self.supervision.unsynchronised)
         if self.supervision.stopped:
             raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        if wrong := self.words.usual.contradiction():
+            raise DriveRefused(wrong)
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
@@ -383,7 +389,7 @@ class AwrDrive:
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
-            self._drive_at(axis, slew.rate_after)
+            self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
         full = self.words.full
         caps = [
@@ -462,45 +468,16 @@ class AwrDrive:
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
         self._resting = False
-        for axis, (there, _) in zip(self.axes, ahead, strict=False):
-            self._drive_at(axis, (there - axis.at(now).counts) / _FOLLOW_S)
+        most = _CLOSING * self._settings.sidereal_steps_per_s
+        for axis, (there, rate) in zip(self.axes, ahead, strict=False):
+            closing = (there - axis.at(now).counts) / _FOLLOW_S - rate
+            self._drives.drive_at(axis.index, rate + min(max(closing, -most), most))
         return _FOLLOW_S - (self.unit.now() - now)
-
-    def _drive_at(self, axis: AwrAxis, rate: float) -> None:
-        """Have a drive go at the rate nearest to one that its words can make."""
-        speeds = self.words.speeds
-        usual = Flags.of(self.words.lasting[BY_NAME[f"{DRIVES[axis.index]}_flags"].address]).postscaler
-        self._written(axis, speeds.words_for(rate, usual))
-
-    def _written(self, axis: AwrAxis, words: RateWords) -> None:
-        """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
-        new, asked = self.words.speeds.of(words), self.unit.now()
-        try:
-            for went, since in self.words.drive_at(axis.index, words):
-                axis.drives_at(self.words.speeds.of(went), since)
-        except (TransportError, DriveError):
-            self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
-            raise
-
-    def _resolve(self) -> None:
-        """Read the words of drives that are in doubt; how far their axes may have gone meanwhile is uncertain."""
-        for index, (since, rates) in list(self._doubts.items()):
-            axis = self.axes[index]
-            self.words.read_drive(index)
-            actual, now = self.words.speeds.drives[index], self.unit.now()
-            spread = (max(*rates, actual) - min(*rates, actual)) * (now - since)
-            here = axis.at(now)
-            axis.known(here.counts, now, here.uncertainty + spread)
-            axis.drives_at(actual, now)
-            del self._doubts[index]
 
     def _rest(self) -> None:
         """Switch both drives off."""
         self._resting = True
-        for axis in self.axes:
-            flags = Flags.of(self.words.drive_flags(axis.index))._replace(enable=False)
-            counts = self.words.ram[BY_NAME[f"{DRIVES[axis.index]}_counts"].address]
-            self._written(axis, RateWords(counts, flags))
+        self._drives.rest()
 
     # At a speed ------------------------------------------------------------------------------------------------
 
@@ -684,7 +661,7 @@ class AwrDrive:
         """
         began = self.unit.now()
         if tracking:
-            self._drive_at(self.axes[0], math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
+            self._drives.drive_at(0, math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
             began = self.unit.now()
         try:
             most = _TRIAL_SLEW * self.words.lasting[BY_NAME["move_right"].address]
@@ -711,11 +688,8 @@ class AwrDrive:
         return self.words.differing()
 
     def _words_changed(self) -> None:
-        """The drives go as the words say now."""
         self._forget_ladders()
-        now = self.unit.now()
-        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
-            axis.drives_at(rate, now)
+        self._drives.as_the_words_say()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""

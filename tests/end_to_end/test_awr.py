@@ -149,10 +149,12 @@ def test_sync_repairs_what_the_override_spoilt_and_the_event_log_tells_of_it(tmp
         scope.stop()
         scope.sync(star_at(scope, 60.0, 50.0))
         assert scope.status().json["synchronised"]
-        texts = " ".join(event.text for event in scope.store.events()) if hasattr(scope, "store") else ""
-        told = texts or " ".join(scope.status().json["notes"])
-    assert "override" in told
+        scope.drive.set("relay_3", "on")
+        told = " ".join(event.text for event in scope.events() if event.kind == "drive")
+    assert "override input stopped" in told
+    assert "override was lifted" in told
     assert "lines high: AC" in told
+    assert "relay_3 set to on" in told
 
 
 def test_words_relays_and_keys_are_in_a_persons_hands(tmp_path):
@@ -210,6 +212,8 @@ def test_what_cannot_be_is_refused_with_what_can(tmp_path, ask, said):
     "opposite",
     [
         {"simulator.frequency_unit": 0.5},
+        {"simulator.rate_reference": "sky"},
+        {"drive.rate_reference": "sky"},
         {"simulator.acceleration_unit": 2.0},
         {"simulator.acceleration_error": 0.5},
     ],
@@ -222,8 +226,9 @@ def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tm
             scope.goto(star_at(scope, 60.0, 50.0))
         except (DriveError, ClockdriveError) as found:
             why = str(found)
-        assert "frequency_unit" in why
-        assert not scope.status().json["synchronised"]
+        told = "rate_reference" if any("reference" in name for name in opposite) else "frequency_unit"
+        assert told in why
+        assert told == "rate_reference" or not scope.status().json["synchronised"]
 
 
 @pytest.mark.parametrize(("firmware", "said"), [(0.12, "speaks without packets"), (0.59, "")])

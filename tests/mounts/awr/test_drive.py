@@ -265,3 +265,16 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert not bench.guard.armed
     off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
     assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
+
+
+def test_how_late_keys_act_is_learnt_from_the_first_presses_and_remembered():
+    bench = Bench(unit=SimulatorSettings(execution_s=0.12))
+    bench.connect()
+    assert bench.drive.memory["delay_s"] is None
+    bench.slew(2e4, -1e4)
+    bench.slew(4e4, -2e4)
+    assert not bench.read().unsynchronised
+    assert bench.drive.keys.delay_s == pytest.approx(0.12, abs=0.01)
+    assert max(map(abs, bench.off())) < 3.0
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    assert again.drive.keys.delay_s == bench.drive.keys.delay_s
