@@ -332,7 +332,8 @@ class AwrDrive:
         self.keys.speed = None
         now = self.unit.now()
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
-            axis.known(axis.at(now).counts, now, math.inf)
+            here = axis.at(now)
+            axis.known(here.counts, now, here.uncertainty)
             axis.drives_at(rate, now)
         self._forget_ladders()
         self._cookie = self.words.bake()
@@ -351,8 +352,8 @@ class AwrDrive:
         axes = []
         for axis in self.axes:
             state = axis.at(now)
-            doubt = state.uncertainty if math.isfinite(state.uncertainty) else 0.0
-            axes.append(AxisReading(state.counts, doubt, state.rate, slewing or self.keys.slewing(axis.index)))
+            moved = slewing or self.keys.slewing(axis.index)
+            axes.append(AxisReading(state.counts, state.uncertainty, state.rate, moved))
         rates = [axis.rate for axis in self.axes]
         return Reading(
             now,
