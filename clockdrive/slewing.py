@@ -365,6 +365,7 @@ class Slewing:
             session.remember()
             if onto is not None and session.drive.capabilities.path_nodes:
                 session.pursue(onto, plan)
+                session.follow()  # at once, that no short way ends before the first look
             yield from self._landing(plan, report)
 
     def _stays(self, plan: Plan) -> bool:

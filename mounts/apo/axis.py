@@ -56,6 +56,13 @@ def halts(word: StatusWord) -> bool:
     return word.restarted or bool(set(word.errors) - _HARMLESS)
 
 
+def _keep_step(one: Timed[_D], two: Timed[_D]) -> bool:
+    """Whether a clock that is set wrong can have told two times: as far apart as the answers are."""
+    told = math.remainder(two.value.time_tai_s - one.value.time_tai_s, tai.DAY_S)
+    under_way = (one.received - one.sent) + (two.received - two.sent)
+    return abs(told - (two.received - one.received)) <= under_way + _LATE_S
+
+
 class ControlledAxis:
     """One axis.
 
@@ -82,11 +89,14 @@ class ControlledAxis:
         self.clock_stepped = False
         self.jumped_deg = 0.0
         """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
+        self.answered = 0.0
+        """POSIX seconds of the last answer to a node."""
         self._raw_at = 0.0  # POSIX seconds before which it was not given
         self._raw: Drift | None = None  # the last answer that told position and time
         self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._slew_clock = ClockLine()  # by which they are timed
+        self._timed_by = ClockLine()  # the last node
         self._delay_s = 0.0  # of the answers lately, besides their time on the line
 
     @property
@@ -145,7 +155,7 @@ class ControlledAxis:
 
         A digit that noise has made into another is no error that a line without checksums shows.
         """
-        before: Drift | None = None
+        before: Timed[_D] | None = None
         hardest = self.settings.acceleration_deg_s2 * _JOLTS
         for attempt in range(_ASKED_AGAIN):
             try:
@@ -154,8 +164,11 @@ class ControlledAxis:
                 if attempt == _ASKED_AGAIN - 1:
                     raise
                 continue
-            in_time = attempt == _ASKED_AGAIN - 1 or self._is_in_time(timed)  # an earlier answer echoes the same
-            confirmed = before is not None and in_time and continues(before, timed.value, hardest)
+            confirmed = (
+                before is not None
+                and (self._is_in_time(timed) or (attempt == _ASKED_AGAIN - 1 and _keep_step(before, timed)))
+                and continues(before.value, timed.value, hardest)
+            )  # an earlier answer echoes the same
             off = 0.0 if confirmed else self._unforeseen(timed)
             if off is not None:
                 self._unconfirmed_deg = off
@@ -163,10 +176,10 @@ class ControlledAxis:
                     self._judge_jump(self._raw, timed)
                 self._raw, self._raw_at = timed.value, timed.sent
                 return timed
-            before = timed.value
+            before = timed
         raise WrongAnswer(
             f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
-            f"{before.position_deg if before else 0.0:.7f}°; check cable and baud rate"
+            f"{before.value.position_deg if before else 0.0:.7f}°; check cable and baud rate"
         )
 
     def _unforeseen(self, timed: Timed[_D]) -> float | None:
@@ -274,6 +287,7 @@ class ControlledAxis:
         except DriveRefused as error:
             raise DriveRefused(f"{error}, and drive.max_nodes") from error
         self._learn_delay(answer.received - answer.asked - self.controller.line_time(what))
+        self._timed_by, self.answered = clock, answer.received
         self.queue.append(node)
 
     def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
@@ -347,6 +361,19 @@ class ControlledAxis:
         self.asked(lambda: self.controller.tell("+MOVE", degrees))
         self.queue.shift(degrees)
         self._raw = None
+
+    @property
+    def early_s(self) -> float:
+        """By how many seconds the end of the buffer comes too early, as the controller's clock is known now."""
+        ends = self.queue.ends
+        return self.offset.at(ends) - self._timed_by.at(ends) if self.queue.is_path else 0.0
+
+    def come_in_time(self, rate: float) -> None:
+        """Displace a buffer that comes too early or too late for a target of this velocity, degrees per second."""
+        early = self.early_s
+        self.displace(-rate * early)
+        self.queue.retime(-early)
+        self._timed_by = self.offset.line
 
     def set_position(self, degrees: float) -> None:
         """Declare the present position."""

@@ -161,6 +161,9 @@ class ApoDrive:
         sights, doubted = self._group.look(), self._trust.unsynchronised
         with self._halted_on_failure(time):
             self._settle(sights)
+            if self._group.silent:
+                with suppress(TransportError):
+                    self._follower.go_on(sights)
             if trouble := self._watch.trouble(sights):
                 lost = self._trust.unsynchronised != doubted
                 if lost:  # a controller may never say so again

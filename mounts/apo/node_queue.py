@@ -57,6 +57,11 @@ class NodeQueue:
         self._nodes = [replace(node, position=node.position + degrees) for node in self._nodes]
         self._line = self._line and replace(self._line, position=self._line.position + degrees)
 
+    def retime(self, seconds: float) -> None:
+        """Let the whole path come so much later: the controller's clock is another than it was taken to be."""
+        self._nodes = [replace(node, time=node.time + seconds) for node in self._nodes]
+        self._times = [node.time for node in self._nodes]
+
     @property
     def last(self) -> PathNode | None:
         """The last node; the line on which it drifts where there is none yet; None where nothing is left."""

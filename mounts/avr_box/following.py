@@ -17,7 +17,7 @@ _FAR = 24.0  # microsteps off the path, 1.3″, that guiding would take too long
 _LEAST = 4.0  # microsteps to either side that are worth a move
 _SLACK = 8.0  # microsteps by which a move may end beyond its goal
 _FINE = 60.0  # microsteps of axis 2 that are made one by one, within half a second
-_ROUNDS = 4
+_ROUNDS = 12
 NOTHING = 0.0
 
 
@@ -53,8 +53,8 @@ def leaves_in(ahead: float, drift: float, band: Band) -> float:
 def move_back(ahead: float, wanted: float, band: Band, duration: Callable[[int], float]) -> int:
     """Half of the microsteps, signed, that bring an axis to the goal of its band; the path goes on meanwhile."""
     steps = band.goal - ahead
-    for _ in range(_ROUNDS):
-        steps = band.goal - ahead + wanted * duration(round(abs(steps) / 2.0))
+    for _ in range(_ROUNDS):  # halfway each time: the slowest microsteps last as long as those of tracking
+        steps += (band.goal - ahead + wanted * duration(round(abs(steps) / 2.0)) - steps) / 2.0
     return round(steps / 2.0)
 
 

@@ -20,6 +20,7 @@ _UNPROVED_COUNTS = 1.3  # beyond what was asked, where a move may have been muti
 _TIMING_S = 0.005
 _CLEAR_COUNTS = 8.0  # of a move, to tell how far it went
 _FIRST_BINS = 3
+_LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
 _OFTEN = 2  # times that the opposite is no chance
@@ -344,8 +345,9 @@ class Supervision:
     def _bin_began_anew(self, away: float) -> bool:
         """Whether the PEC bin counts from nothing since some moment of the last seconds."""
         pec = self._box.ask(commands.ASK_PEC)
-        fresh = pec.pair.one <= away / self._ticks.tick_s + _FIRST_BINS
-        return fresh and self._ticks.is_elsewhere(pec.pair.one, pec.middle)
+        fresh = pec.pair.one <= max(away, _LATELY_S) / self._ticks.tick_s + _FIRST_BINS
+        moved = pec.middle - self._ticks.moved_at < _LATELY_S
+        return fresh and (moved or self._ticks.is_elsewhere(pec.pair.one, pec.middle))
 
     def _lose(self, why: str) -> None:
         self._abandon()

@@ -32,6 +32,8 @@ class TickClock:
     def __init__(self, crystal: float = 1.0, uncertainty: float = CRYSTAL_UNCERTAINTY) -> None:
         self.crystal = crystal
         self.crystal_uncertainty = uncertainty
+        self.moved_at = -math.inf
+        """When the bin was last another one than the ticks lead to, POSIX seconds: an index pulse, or switched on."""
         self._bin: int | None = None  # after the tick below
         self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
         self._first: tuple[float, float, int] | None = None  # bounds of an early tick, and how many there were since
@@ -72,6 +74,7 @@ class TickClock:
         ticks = self._passed(number, (earliest + latest) / 2.0)
         self._carry(ticks or 0)
         if ticks is None:  # the index pulse moved the bin
+            self.moved_at = latest
             self._carry(math.floor((earliest - self._high) / self.tick_s))
             self._bin = number
             return

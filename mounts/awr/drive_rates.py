@@ -89,7 +89,8 @@ class DriveRates:
         axis, asked = self._axes[index], self._unit.now()
         new = self._words.speeds.of(words)
         try:
-            axis.drives_at(new, self._words.drive_at(index, words))
+            for went, since in self._words.drive_at(index, words):
+                axis.drives_at(self._words.speeds.of(went), since)
         except (TransportError, DriveError):
             self._doubts.setdefault(index, (asked, []))[1].extend((axis.rate, new))
             raise

@@ -121,14 +121,15 @@ class Words:
             f"{register.name} was written {value} and reads otherwise; check the line, then `drive discard`"
         )
 
-    def drive_at(self, axis: int, words: RateWords) -> float:
-        """Have a drive go by other words; return when the last one was heard."""
-        heard = self._unit.now()
+    def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
+        """Have a drive go by other words; return those that were in force one after the other, and since when."""
+        went = list[tuple[RateWords, float]]()
         for part, value in (("counts", words.counts), ("flags", words.flags.word)):
             register = BY_NAME[f"{DRIVES[axis]}_{part}"]
             if self.ram.get(register.address) != value:
                 heard = self.soft_write(register, value)
-        return heard
+                went.append((self.speeds.drive_words(axis), heard))
+        return went or [(words, self._unit.now())]
 
     def read_drive(self, axis: int) -> None:
         """Read the words of a drive that are in force, as far as the unit tells them."""

@@ -161,8 +161,7 @@ class Run:
         self.attempt(scope.stop)
         scope.wait(60.0)  # the axes come to rest, the controllers wake up
         for _ in range(3):
-            error = self.attempt(lambda: scope.goto("best"))
-            if "`sync`" not in f"{scope.status()['unsynchronised_because']} {error}":
+            if "`sync`" not in scope.status()["unsynchronised_because"]:
                 break
             done.append("sync")
             self.attempt(self.sync)

@@ -179,6 +179,36 @@ def test_park_and_status_say_when_it_is_at_a_limit_left_alone(tmp_path):
     assert status["left_alone"]["name"].startswith("axis1")
 
 
+def moves_of(scope):
+    """Every move that the box begins from now on."""
+    begun, begin = [], scope.simulator._begin
+
+    def noted(*move):
+        begun.append(move)
+        begin(*move)
+
+    scope.simulator._begin = noted
+    return begun
+
+
+def test_to_look_at_a_telescope_that_rests_moves_nothing_and_to_stay_holds_it(tmp_path):
+    with opened(tmp_path) as scope:
+        moves = moves_of(scope)
+        scope.status()
+        scope.wait(8.0)
+        scope.status()
+        assert not moves
+        scope.wait(60.0)
+        assert 2 <= len(moves) <= 5
+
+
+def test_near_a_limit_it_is_held_at_once(tmp_path):
+    with opened(tmp_path, axis1__park_deg=169.9) as scope:
+        moves = moves_of(scope)
+        scope.wait(2.0)
+        assert moves
+
+
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
     with opened(tmp_path) as scope:
         assert scope.drive.set("pec_zero", "77").json["registers"]["pec_zero"]["text"] == "77"

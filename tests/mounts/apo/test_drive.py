@@ -17,6 +17,7 @@ from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
+from mounts.apo.slew_model import SHORTEST_S
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
@@ -249,6 +250,20 @@ def test_a_silent_axis_halts_the_others_and_is_named():
     assert bench.speeds()[0] == 0.0
 
 
+def test_axes_that_answer_are_given_nodes_while_another_is_silent():
+    bench = Bench("sdss").connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda _, data: "command" if data.startswith(b"ALT") else ""
+    for _ in range(2):
+        with pytest.raises(TransportError, match="altitude"):
+            bench.drive.read(bench.clock.now())
+    ahead = bench.drive.axes[0].queue.ends - bench.clock.now()
+    print(f"{ahead:.1f} s ahead after two looks at a silent axis")
+    assert ahead > 7.0
+    assert bench.drive.axes[1].queue.ends - bench.clock.now() < ahead
+
+
 def test_an_absent_axis_is_named_when_connecting():
     bench = Bench(axes=3)
     bench.cut.add(2)
@@ -291,6 +306,58 @@ def test_a_digit_garbled_in_one_answer_is_never_believed(number, digit, follows,
         assert off <= unsure
         assert unsure < 0.2
         assert not reading.unsynchronised
+
+
+def test_earlier_answers_that_follow_from_each_other_are_not_believed(monkeypatch):
+    bench = Bench().connected()
+    bench.start(60.0, 70.0)
+    honest, kept, stale = _Cuttable.receive, [], []
+
+    def receive(self, data, t):
+        answer = honest(self, data, t)
+        if b"STATUS" not in answer or self.i:
+            return answer
+        kept.append(answer)
+        return stale.pop(0) if stale else answer
+
+    monkeypatch.setattr(_Cuttable, "receive", receive)
+    bench.run(12.0)
+    bench.drive.stop(bench.clock.now())
+    bench.run(14.0, step=2.0)
+    stale += [kept[20], kept[21], kept[-2]]
+    bench.clock.sleep(2.0)
+    with pytest.raises(TransportError, match="3 positions that do not follow from each other"):
+        bench.drive.read(bench.clock.now())
+    assert abs(bench.run(0.0).axes[0].counts - bench.true(0)) < 1e-3
+
+
+@pytest.mark.parametrize("ppm", [50.0, -50.0, 300.0])
+def test_a_target_is_followed_by_a_clock_that_gains_as_by_one_that_is_right(ppm):
+    bench = Bench(clock_drift_ppm=ppm).connected()
+    path = Circle((14.0, 50.0), amplitude=2.0, period=3_000.0)  # 15″/s
+    bench.follow(path, 60.0)
+    worst = 0.0
+    for _ in range(30):
+        bench.follow(path, 1.0)
+        worst = max(worst, *(abs(bench.true(i) - path.at(bench.clock.now())[i][0]) for i in (0, 1)))
+    print(f"{ppm:+g} ppm: worst {3600.0 * worst:.4f}″ after a minute")
+    assert 3600.0 * worst < 0.02
+    assert not bench.dry()
+
+
+@pytest.mark.parametrize("silent", ["DRIFT", "MOVE"])
+def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silent):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda i, data: "command" if i == 1 and data.startswith(silent.encode()) else ""
+    arrival = bench.clock.now() + bench.drive.start_latency + SHORTEST_S
+    slews = [AxisSlew(*state, arrival=arrival) for state in path.at(arrival)]
+    with pytest.raises(TransportError, match="altitude"):
+        bench.drive.start(slews, bench.clock.now())
+    bench.clock.sleep(20.0)
+    assert bench.speeds()[0] == 0.0
+    assert not bench.device.axes[0].record.dry
 
 
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
