@@ -269,8 +269,6 @@ def test_of_random_gotos_95_in_100_end_within_two_guide_steps(tmp_path):
             slews = max(slews, found["slews"])
             within += max(map(abs, off_arcsec(scope))) <= 2.0 * GUIDE_STEP_ARCSEC
         assert not scope.simulator.wear
-    print(
-        f"\n{count} gotos: {within / count:.1%} within 2 guide steps, {GUIDE_STEP_ARCSEC:.2f}″ each, {slews} slew at most"
-    )
+    print(f"\n{count} gotos: {within / count:.1%} within twice {GUIDE_STEP_ARCSEC:.2f}″ each, {slews} slew")
     assert slews == 1
     assert within >= (0.95 if FULL else 0.6) * count
