@@ -126,6 +126,7 @@ def test_a_parked_telescope_is_held_and_crosses_no_limit(tmp_path, where):
     print(f"\n{PARKED_H:g} h parked at {parked}°: axis 1 between {min(angles):.4f}° and {max(angles):.4f}°")
     assert max(angles) < 170.0
     assert min(angles) > max(parked - 0.15, -170.0)
+    assert max(angles) < parked + 0.13
     assert status["doing"] == "parked"
     assert status["trouble"] == ""
 
