@@ -135,7 +135,7 @@ class PlanAnswer(AxesAnswer):
 
     @property
     def arrival(self) -> "Time":
-        """When both axes are on the target."""
+        """When both axes are on the target, and the rotator holds what it is to hold."""
         return self.moment
 
     def __str__(self) -> str:
@@ -186,6 +186,7 @@ def plan_answer(
             "target": plan.target,
             "start_utc": utc(plan.start),
             "arrival_utc": utc(plan.arrival),
+            **({} if plan.rotator is None else {"axes_arrival_utc": utc(max(plan.landings))}),
             "eta_s": round(plan.eta, 6),
             "posture": plan.posture,
             "observed": observed(plan.observed, planner.mount.latitude),
@@ -228,7 +229,7 @@ def _afterwards(plan: Plan, planner: Planner, target: Target | None) -> dict[str
     angles = plan.axes[0].angle, plan.axes[1].angle
     if plan.trajectory is not None:
         return {"pass": _pass(planned_pass(plan.trajectory.anew(), plan.arrival, angles), planner)}
-    found = next_limit(Trajectory(planner, target, plan.posture, angles), plan.arrival)
+    found = next_limit(Trajectory(planner, target, plan.posture, angles), max(plan.landings))
     if found is None:
         return {"next_limit": None}
     return {"next_limit": {**(limit_answer(found) or {}), **_lost(regained(planner, target, found[0]), found[0])}}
@@ -246,7 +247,13 @@ def limit_answer(found: tuple[float, Check] | None) -> dict[str, Any] | None:
     return None if found is None else {"name": found[1].name, "utc": utc(found[0]), "detail": found[1].detail}
 
 
-def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[str] = ()) -> PassAnswer:
+def pass_answer(
+    ahead: PassPlan,
+    time: float,
+    planner: Planner,
+    notes: Sequence[str] = (),
+    budget: Mapping[str, Any] | None = None,
+) -> PassAnswer:
     """Put the pass of a target that is not up yet into the form of `plan --json`, as if started at `time`."""
     state = ahead.trajectory.angles(ahead.joined)
     direction = planner.mount.observed(state[0][0], state[1][0])
@@ -271,6 +278,7 @@ def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[
             ],
             "checks": [],
             "pass": _pass(ahead, planner),
+            **({} if budget is None else {"budget": budget}),
             "notes": [f"not up yet: wait at the axis angles of `pass` until {utc(ahead.reachable)}", *notes],
         },
         ahead.joined,

@@ -153,6 +153,10 @@ def contradictions(facts: Facts) -> Iterator[Finding]:
             ("limits.horizon", "limits.horizon_deg"),
             "limits.horizon and limits.horizon_deg are both given: keep one of them",
         )
+    if facts["drive.kind"] == "apo":
+        yield from _lines(facts)
+    if facts["drive.kind"] == "awr":
+        yield from _factory(facts)
     if facts["drive.kind"] == "tc410":
         yield from _fan(facts)
         for section in ("axis1", "axis2"):
@@ -167,6 +171,41 @@ def _travel(facts: Facts, axis: str) -> Iterator[Finding]:
     elif not low <= park <= high:
         text = f"{axis}.park_deg = {park:g}: allowed {low:g} to {high:g} deg, as {axis}.min_deg and max_deg say"
         yield (f"{axis}.park_deg", f"{axis}.min_deg", f"{axis}.max_deg"), text
+
+
+def _lines(facts: Facts) -> Iterator[Finding]:
+    """Each axis has a line of its own, or none has and the telescope is simulated."""
+    sections = [section for section in ("axis1", "axis2", "rotator") if f"{section}.min_deg" in facts]
+    given = {f"{section}.link": facts.get(f"{section}.link") for section in sections}
+    if not any(given.values()):
+        if facts["drive.link"] != "sim:":
+            text = f"drive.link = {facts['drive.link']}: each axis of apo has a line of its own, {', '.join(given)}"
+            yield ("drive.link", *given), text
+        return
+    for name in (name for name, link in given.items() if link is None):
+        yield (name,), f"{name} is missing: each axis of apo has a line of its own, as tcp://192.168.1.21:1024"
+    for name, link in given.items():
+        first = next(each for each in given if given[each] == link)
+        if link not in {None, "sim:"} and first != name:
+            yield (name, first), f"{name} = {link} is {first} too: each axis has a line of its own"
+    if "sim:" in given.values() and set(given.values()) != {"sim:"}:
+        yield tuple(given), f"{', '.join(given)}: some are sim:, others not; the simulator is all axes or none"
+
+
+_FACTORY = {
+    "drive.sidereal_steps_per_s": "RA motor steps a second at sidereal rate, printed on the calibration sheet that "
+    "AWR supplies with the drive box",
+    "axis2.steps_per_degree": "Dec motor steps a degree, steps of the motor times microsteps times gear ratio / 360, "
+    "as the calibration sheet of AWR has them",
+}
+
+
+def _factory(facts: Facts) -> Iterator[Finding]:
+    """What only the factory's sheet tells."""
+    for dotted, what in _FACTORY.items():
+        if facts.get(dotted) is None:
+            text = f"{dotted} is missing, and there is no default: the {what}; ask AWR for it with the serial number"
+            yield (dotted,), text
 
 
 def _fan(facts: Facts) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, OPTIONAL, Computed,
 _ALWAYS = ("site.name", "site.latitude_deg", "site.longitude_deg", "site.height_m", "drive.kind", "drive.link",
            "mount.type")  # fmt: skip
 _SECTIONS = {
-    "site": "Where the telescope stands. These are Kaikoura's values: put in your own.",
+    "site": "Where the telescope stands. These are {site}'s values: put in your own.",
     "site.weather": "Air at the telescope, for refraction. Left out: the standard atmosphere at the height.",
     "drive": "The drive and how it is reached.",
     "mount": "How the axes lie.",
@@ -22,6 +22,14 @@ _SECTIONS = {
     "simulator": "What the embedded simulator's telescope really does; a perfect mount when left out.",
     "state": "Where positions, corrections and history are kept between commands.",
 }
+_APACHE_POINT = {
+    "site.name": "Apache Point",
+    "site.latitude_deg": 32.7803,
+    "site.longitude_deg": -105.8203,
+    "site.height_m": 2788.0,
+}
+_SITES: dict[str, dict[str, object]] = {"apo": _APACHE_POINT, "sdss": _APACHE_POINT}
+"""Where a kind of drives stands that has one place only."""
 _HEAD = """\
 # Clockdrive: configuration of a telescope with the drive {drive}.
 # A line that begins with # is the default; take the # away to change it. `clockdrive config check` checks the file.
@@ -46,7 +54,7 @@ def commented_template(drive: str, mount_type: str | None = None, values: Mappin
     ConfigurationError
         The drive, the mount type or a value is not allowed.
     """
-    given: dict[str, object] = {"drive.kind": drive, **(values or {})}
+    given: dict[str, object] = {"drive.kind": drive, **_SITES.get(drive, {}), **(values or {})}
     if mount_type is not None:
         given["mount.type"] = mount_type
     optional = {f"{OPTIONAL}.": None} if any(key.section == OPTIONAL for key in keys_of(drive)) else {}
@@ -57,7 +65,8 @@ def commented_template(drive: str, mount_type: str | None = None, values: Mappin
         name = key.section.replace("*", "main")
         if name != section:
             section = name
-            lines.append("\n" + "".join(f"# {line}\n" for line in textwrap.wrap(_SECTIONS[name], 100)))
+            said = _SECTIONS[name].format(site=settled.site.name)
+            lines.append("\n" + "".join(f"# {line}\n" for line in textwrap.wrap(said, 100)))
             lines.append(f"[{name}]\n")
         dotted = f"{name}.{key.name}"
         lines.append(_line(key, settled.values[dotted], active=dotted in given or dotted in _ALWAYS))

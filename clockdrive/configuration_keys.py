@@ -20,8 +20,6 @@ Value = Raw | GearTeeth | Path | None
 
 OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
 DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
-DRIVEN = ("tc410", "avr-box", "apo", "sdss")  # by this version; the keys of the others are checked all the same
-NO_OTHER_DRIVE = f"this version drives the {', '.join(DRIVEN[:-1])} and {DRIVEN[-1]} only"
 ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
@@ -179,6 +177,19 @@ def _mount_type(facts: Facts, _section: str) -> str:
     return _ALTAZ if facts["drive.kind"] in {"apo", "sdss"} else _FORK
 
 
+def _of_the_example(value: float) -> Rule:
+    """A number that only a simulator may do without: of a telescope it must be given."""
+    return lambda facts, _: value if facts["drive.link"] == "sim:" else None
+
+
+def _as_in_drive(name: str) -> Rule:
+    return lambda facts, _: facts.get(f"drive.{name}")
+
+
+def _event_jitter(facts: Facts, _section: str) -> Value:
+    return 0.0001 if facts["drive.link"] == "sim:" else 0.002
+
+
 _TC410, _AVR, _APO, _AWR = ("tc410",), ("avr-box",), ("apo",), ("awr",)
 _SDSS, _NODES = ("sdss",), ("apo", "sdss")
 
@@ -237,14 +248,21 @@ _DRIVE = (
     Key("drive", "stow", "flag", default=False,
         meaning="`park` ends with the controllers' own stow, `P`, within a degree of park_deg", drives=_NODES),
     Key("drive", "max_nodes", "integer", 32, "path nodes a controller holds", "", 4, 1000, drives=_NODES),
+    Key("drive", "timeout_s", "number", 0.5, "in which a controller must answer, beside the line's own time", "s",
+        0.1, 2.0, drives=_NODES),
     Key("drive", "axis_select", "text", "prefix",
         "how an axis is named on the shared line: by a word before each command, or on a line of its own",
         choices=("prefix", "line"), drives=_SDSS),
     Key("drive", "limits_command", "text", "SET.LIMITS", "what the controllers call the command of the soft limits",
         drives=_NODES),
-    Key("drive", "sidereal_steps_per_s", "number", None,
+    Key("drive", "sidereal_steps_per_s", "number", Computed("none; of the simulator 50", _of_the_example(50.0)),
         "motor steps a second at sidereal rate, on the factory sheet", "steps/s", 0, 1e6, above=True, drives=_AWR,
         example=50.0),
+    Key("drive", "press_jitter_s", "number", 0.005, "by how much a key acts off its time, root mean square", "s", 0,
+        0.1, drives=_AWR),
+    Key("drive", "event_jitter_s", "number", Computed("0.002; of the simulator 0.0001", _event_jitter),
+        "by how much the times of the unit's events are off on this computer, root mean square", "s", 0, 0.1,
+        drives=_AWR),
     Key("drive", "frequency_unit", "number", 1.0, "steps a second of one unit of a frequency register", "steps/s",
         0, 1e6, above=True, drives=_AWR),
     Key("drive", "acceleration_unit", "number", 1.0, "steps/s² of one unit of an acceleration register", "steps/s²",
@@ -334,7 +352,8 @@ _AXIS = (
                  _park), "axis angle when parked", "deg", -720, 720, in_unit=True),
 )
 _AXIS2 = (
-    Key("axis2", "steps_per_degree", "number", None, "motor steps a degree of axis 2", "steps/deg", 0, 1e8,
+    Key("axis2", "steps_per_degree", "number", Computed("none; of the simulator 12000", _of_the_example(12000.0)),
+        "motor steps a degree of axis 2", "steps/deg", 0, 1e8,
         above=True, drives=_AWR, example=12000.0),
 )
 _INSTRUMENTS = (
@@ -421,8 +440,8 @@ _SIMULATOR = (
     Key("simulator", "guide_counts", "integer", 4, "timer counts by which its guiding changes the rate", "counts", 1,
         50, drives=_AVR),
     Key("simulator", "reversed1", "flag", default=False, meaning="its moves of axis 1 go the other way",
-        drives=_AVR),
-    Key("simulator", "reversed2", "flag", default=False, meaning="likewise of axis 2", drives=_AVR),
+        drives=(*_AVR, *_AWR)),
+    Key("simulator", "reversed2", "flag", default=False, meaning="likewise of axis 2", drives=(*_AVR, *_AWR)),
     Key("simulator", "encoder_reversed1", "flag", default=False, meaning="its encoder 1 counts against the axis",
         drives=_AVR),
     Key("simulator", "encoder_reversed2", "flag", default=False, meaning="likewise encoder 2", drives=_AVR),
@@ -436,6 +455,24 @@ _SIMULATOR = (
         drives=_AVR, example="slew_table.csv"),
     Key("simulator", "index_pulse", "flag", default=True, meaning="a Hall sensor resets its PEC bin once a worm turn",
         drives=_AVR),
+    Key("simulator", "sidereal_steps_per_s", "number",
+        Computed("as in [drive]", _as_in_drive("sidereal_steps_per_s")), "what its drive rate truly is", "steps/s", 0,
+        1e6, above=True, drives=_AWR),
+    Key("simulator", "frequency_unit", "number", 1.0, "what one unit of its frequencies truly is", "steps/s", 0, 1e6,
+        above=True, drives=_AWR),
+    Key("simulator", "acceleration_unit", "number", 1.0, "what one unit of its accelerations truly is", "steps/s²", 0,
+        1e6, above=True, drives=_AWR),
+    Key("simulator", "rate_reference", "text", "motor", "what its guide and centre rates are counted from",
+        choices=("motor", "sky"), drives=_AWR),
+    Key("simulator", "firmware", "number", 0.77, "its firmware, as the label has it", "", 0, 99.99, drives=_AWR),
+    Key("simulator", "press_jitter_s", "number", 0.005, "by how much its keys act off their time, root mean square",
+        "s", 0, 0.1, drives=_AWR),
+    Key("simulator", "event_jitter_s", "number", 0.0001, "by how much its events are off theirs, root mean square",
+        "s", 0, 0.1, drives=_AWR),
+    Key("simulator", "debug", "number", 0.0, "how likely debug text follows what it says", "", 0, 1, drives=_AWR),
+    Key("simulator", "byte_loss", "number", 0.0, "how likely a byte is lost, either way", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "byte_doubling", "number", 0.0, "how likely a byte comes twice", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
 # fmt: on

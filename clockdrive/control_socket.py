@@ -129,7 +129,7 @@ class ControlServer:
             result = self._handler(call, args, emit)
             json.dumps(result)
         except Exception as error:  # noqa: BLE001 - the owner outlives whatever a call does; the client is told
-            if type(error).__name__ not in _KNOWN:
+            if _known(error) is None:
                 _LOG.exception("a call on the control socket failed")
             return {"error": _described(error)}
         return {"result": result}
@@ -178,8 +178,13 @@ class _Outbox:
                 self._gone = True
 
 
+def _known(error: Exception) -> str | None:
+    """The error that a client knows and this one is, or is a kind of."""
+    return next((kind.__name__ for kind in type(error).__mro__ if _KNOWN.get(kind.__name__) is kind), None)
+
+
 def _described(error: Exception) -> dict[str, object]:
-    described: dict[str, object] = {"type": type(error).__name__, "message": str(error)}
+    described: dict[str, object] = {"type": _known(error) or type(error).__name__, "message": str(error)}
     reachable = getattr(error, "reachable_utc", getattr(error, "reachable", None))
     return described if reachable is None else {**described, "reachable": reachable}
 

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
-from clockdrive.drives.apo.by_hand import ByHand, differing, given_by_hand, told
+from clockdrive.drives.apo.by_hand import SETS_CLOCKS, ByHand, clocks_answer, differing, given_by_hand, told
+from clockdrive.drives.avr_box.by_hand import NAMES as PEC
 from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
+from clockdrive.drives.awr.by_hand import HasWords, pressed, relay_of, relay_set, word_set
+from clockdrive.drives.awr.by_hand import differing as differing_words
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
 from clockdrive.session import Session
@@ -89,6 +92,10 @@ class DriveRegisters:
         drive = self._session.drive
         if isinstance(drive, HasPec):
             return self._control.call(lambda: self._changing(lambda: pec_set(drive, name, value)))
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._word(drive, name, value))
+        if not isinstance(drive, HasRegisters):
+            raise Refused(f"{name} cannot be set: {self._without_registers}")
         row = by_name(name)
         number = _value(row, value) if isinstance(value, str) else value
 
@@ -102,11 +109,23 @@ class DriveRegisters:
 
         return self._control.call(work)
 
+    def _word(self, drive: HasWords, name: str, value: float | str) -> Answer:
+        """A relay is switched at any time, a word written at rest."""
+        relay = relay_of(name)
+        if relay is None:
+            answer = self._changing(lambda: word_set(drive, name, value))
+        else:
+            answer = relay_set(drive, relay, value)
+        self._session.note("drive", f"{name} set to {value}")
+        return answer
+
     def diff(self) -> Answer:
         """Return the registers that the unit has otherwise than the configuration, with both values."""
         drive = self._session.drive
         if isinstance(drive, ByHand):
             return self._control.call(lambda: differing(drive, self._configuration()))
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: differing_words(drive))
         return self._control.call(
             lambda: Answer({"ok": True, "differences": [_told(d) for d in self._differences()]})
         )
@@ -137,7 +156,7 @@ class DriveRegisters:
         return Answer({"ok": True, "registers": _rows(written), "note": _NOT_SAVED if written else ""})
 
     def raw(self, axis: str, text: str, *, confirmed: bool = False) -> Answer:
-        """Give an axis controller a command of its manual, at rest; what is risky must be confirmed.
+        """Give an axis controller, by any name of the axis, a command of its manual, at rest; risks are confirmed.
 
         Raises
         ------
@@ -147,9 +166,11 @@ class DriveRegisters:
             This drive takes none, or not now; there is no such command; the controller refuses it.
         """
         drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._pressed(drive, axis, text))
         if not isinstance(drive, ByHand):
             kind = self._configuration().drive.kind
-            raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes its registers")
+            raise Refused(f"a drive of kind {kind} takes no commands by hand; `drive set` writes what it has")
 
         def work() -> Answer:
             given = given_by_hand(drive, axis, text, confirmed=confirmed, within=self._changing)
@@ -158,8 +179,39 @@ class DriveRegisters:
 
         return self._control.call(work)
 
+    def _pressed(self, drive: HasWords, axis: str, text: str) -> Answer:
+        given = self._changing(lambda: pressed(drive, axis, text))
+        self._session.note("drive", given["command"])
+        return Answer(given)
+
+    def set_clocks(self, *, confirmed: bool) -> Answer:
+        """Have the controllers set their clocks by NTP, at rest, and measure them afterwards.
+
+        Raises
+        ------
+        InputError
+            It was not confirmed.
+        Refused, DriveError, TransportError
+            This drive has no clocks to set, or not now; a clock is not right afterwards.
+        """
+        drive, session = self._session.drive, self._session
+        if not isinstance(drive, ByHand):
+            raise Refused(f"a drive of kind {self._configuration().drive.kind} has no clock that could be set")
+        if not confirmed:
+            raise InputError(f"`drive set-time`: {SETS_CLOCKS}")
+
+        def work() -> Answer:
+            answer = clocks_answer(self._changing(lambda: drive.set_clocks(session.clock.now())))
+            session.note("drive", answer["note"])
+            return answer
+
+        return self._control.call(work)
+
     def save(self) -> Answer:
         """Have the unit keep its configuration over a power-cycle."""
+        drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._committed(drive))
         return self._act("save_configuration", "the drive has saved its configuration")
 
     def factory(self, *, confirmed: bool) -> Answer:
@@ -180,10 +232,27 @@ class DriveRegisters:
         InputError
             It was not confirmed.
         """
+        drive = self._session.drive
+        if isinstance(drive, HasWords):
+            return self._control.call(lambda: self._discarded(drive))
         return self._act("load_configuration", "the saved configuration is loaded", confirmed=confirmed)
+
+    def _committed(self, drive: HasWords) -> Answer:
+        names = self._changing(drive.commit)
+        done = f"committed to the non-volatile memory: {', '.join(names)}"
+        self._session.note("drive", done)
+        return Answer({"ok": True, "note": done})
+
+    def _discarded(self, drive: HasWords) -> Answer:
+        self._changing(drive.discard)
+        done = "the soft writes are discarded"
+        self._session.note("drive", done)
+        return Answer({"ok": True, "note": done})
 
     def encoders(self) -> Answer:
         """Return what the absolute encoders read, and where they say the axes are."""
+        if not isinstance(self._session.drive, HasRegisters):
+            raise Refused(f"there are no absolute encoders to read: {self._without_registers}")
         return self._control.call(lambda: Answer({"ok": True, "encoders": [self._encoder(axis) for axis in (1, 2)]}))
 
     def _encoder(self, axis: int) -> dict[str, Any]:
@@ -239,8 +308,18 @@ class DriveRegisters:
     def _drive(self) -> HasRegisters:
         drive = self._session.drive
         if not isinstance(drive, HasRegisters):
-            raise Refused(f"a drive of kind {self._configuration().drive.kind} has no registers; `status` shows all")
+            raise Refused(self._without_registers)
         return drive
+
+    @property
+    def _without_registers(self) -> str:
+        """That the drive has no registers, and what it has instead."""
+        kind, other = self._configuration().drive.kind, ""
+        if isinstance(self._session.drive, ByHand):
+            other = ", `drive raw AXIS COMMAND` gives a controller a command, as MAXV, SET.LIMITS or MS.DUMP"
+        if isinstance(self._session.drive, HasPec):
+            other = f", `drive set` sets {' and '.join(PEC)}"
+        return f"a drive of kind {kind} has no registers of that kind: `drive show` tells all that it has{other}"
 
 
 def drive_calls(telescope: "Telescope") -> dict[str, Call]:
@@ -257,6 +336,7 @@ def drive_calls(telescope: "Telescope") -> dict[str, Call]:
         "drive_reload": lambda args, _: drive.reload(confirmed=bool(args.get("confirmed"))).json,
         "drive_save": lambda _args, _: drive.save().json,
         "drive_set": lambda args, _: drive.set(args["register"], args["value"], force=bool(args.get("force"))).json,
+        "drive_set_time": lambda args, _: drive.set_clocks(confirmed=bool(args.get("confirmed"))).json,
         "drive_show": lambda args, _: drive.show(*args.get("registers", ())).json,
     }
 

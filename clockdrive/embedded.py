@@ -43,7 +43,7 @@ class Embedded:
         self._kept_at = -math.inf
         self._sky: SimulatedSky | None = None
         kept, now = store.simulator(), clock.now()
-        if kept is not None and kept[1] > now:  # the clock was set back since: its own time goes on from now
+        if kept is not None and kept[1] > now and "t0" in kept[0]:  # set back since: its own time goes on from now
             kept[0]["t0"] = float(str(kept[0]["t0"])) - (kept[1] - now)
         self.new = kept is None
         self.device = kind_of(configuration).simulated(configuration, now, None if kept is None else kept[0])

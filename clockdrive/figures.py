@@ -5,7 +5,7 @@ from typing import Any
 
 from mounts.tc410.registers import COUNTS_PER_SECOND
 from pointing.plan import Axis, AxisPlan, Trims
-from pointing.slew import Parted, Travel
+from pointing.slew import Parted, Travel, Waiting
 
 
 def velocity_register(counts_s: float) -> int:
@@ -29,6 +29,7 @@ def planned(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
         **_parted(plan.travel),
         "rate_deg_s": math.degrees(plan.rate),
         **register(axis, plan.rate),
+        **_pressed(axis, plan),
     }
 
 
@@ -51,6 +52,26 @@ def register(axis: Axis, rate: float) -> dict[str, Any]:
     if axis.trims is not None:
         return _trimmed(axis.trims, counts)
     return {"single_step_every_s": round(1.0 / abs(counts), 4)} if axis.units == "microsteps" and counts else {}
+
+
+def _pressed(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
+    """The presses of a drive that is moved by keys, with the error that each leaves, and how sure the end is."""
+    if axis.units != "steps":
+        return {}
+    from mounts.awr.slew_model import AwrTravel  # noqa: PLC0415 - only of such a drive
+    from mounts.awr.uncertainty import TWO_SIDED_95  # noqa: PLC0415 - likewise
+
+    travel = plan.travel.travel if isinstance(plan.travel, Waiting) else plan.travel
+    presses = travel.presses if isinstance(travel, AwrTravel) else []
+    arcsec = 3600.0 * abs(axis.gearing.step_deg_float)
+    unknown = math.hypot(*(press.unknown for press in presses))
+    return {
+        "key_presses": [
+            {"speed": press.speed, "hold_s": round(press.hold_s, 3), "error_arcsec": round(press.leaves * arcsec, 2)}
+            for press in presses
+        ],
+        "uncertainty_arcsec": round(TWO_SIDED_95 * unknown * arcsec, 2),
+    }
 
 
 def _trimmed(trims: Trims, counts_s: float) -> dict[str, Any]:

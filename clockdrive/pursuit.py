@@ -63,6 +63,10 @@ class Pursuit:
         """What the rotator holds; None without a rotator."""
         return None if self._rotator is None else self._rotator.held.hold
 
+    def turns_at(self, time: float) -> bool:
+        """Whether the rotator is still on its way to what it is to hold."""
+        return self._rotator is not None and time < self._rotator.since
+
     @property
     def led(self) -> bool:
         """Whether the axes are led, for the target is too fast to be left to the drive alone."""
@@ -82,6 +86,15 @@ class Pursuit:
         """(counts, counts per second) of each axis at POSIX `time`, and of a rotator after them."""
         axes = self._trajectory.at(time)
         return axes if self._rotator is None else (*axes, self._rotator.at(time))
+
+    @property
+    def axes(self) -> int:
+        """Both, and a rotator where there is one."""
+        return 2 if self._rotator is None else 3
+
+    def axis_at(self, axis: int, time: float) -> tuple[float, float]:
+        """(counts, counts per second) of one axis at POSIX `time`; the rotator's costs ten times as much."""
+        return self._rotator.at(time) if self._rotator is not None and axis > 1 else self._trajectory.at(time)[axis]
 
     def adapt(self, time: float) -> bool:
         """Begin or end to lead the axes as the target has become fast or slow; return whether that changed."""

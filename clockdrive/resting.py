@@ -10,8 +10,13 @@ class Rest:
 
     counts: tuple[float, float]
     led: ClassVar[bool] = False
+    axes: ClassVar[int] = 2
 
     def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:  # noqa: ARG002
         """(counts, counts per second) of each axis, which is the same at any time."""
         one, two = self.counts
         return (one, 0.0), (two, 0.0)
+
+    def axis_at(self, axis: int, time: float) -> tuple[float, float]:  # noqa: ARG002 - likewise
+        """The same of one axis."""
+        return self.counts[axis], 0.0

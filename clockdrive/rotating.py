@@ -62,7 +62,7 @@ def hold_of(rotator: Rotator | None, mode: str | None, angle_deg: float | None) 
 
 def held(hold: Hold) -> dict[str, Any]:
     """What a rotator holds, as answers say it."""
-    return {"mode": hold.mode, "held_deg": math.degrees(hold.angle)}
+    return {"mode": hold.mode, "held_deg": round(math.degrees(hold.angle), 9)}
 
 
 def field(geometry: Geometry, target: Target, time: float, posture: Posture) -> dict[str, float | None]:
@@ -112,18 +112,25 @@ def instrument_angles(geometry: Geometry, angles: tuple[float, float], rotator: 
 
 
 def rotator_status(
-    geometry: Geometry, rotator: Rotator, reading: Reading, angles: tuple[float, float], hold: Hold | None
+    geometry: Geometry,
+    rotator: Rotator,
+    reading: Reading,
+    angles: tuple[float, float],
+    hold: Hold | None,
+    *,
+    turns: bool = False,
 ) -> Mapping[str, Any]:
-    """The rotator as it was read; `hold` is what it holds while a target is followed."""
+    """The rotator as it was read; `hold` is what it holds while a target is followed, once it no longer `turns`."""
     read = reading.axes[2]
     angle = rotator.axis.gearing.angle(read.counts)
     return {
         "name": rotator.axis.name,
         "angle_deg": math.degrees(angle),
         "counts": read.counts,
+        "units": rotator.axis.units,
         "uncertainty_counts": read.uncertainty_counts,
         "rate_deg_s": math.degrees(read.rate / rotator.axis.gearing.counts_per_radian),
-        "slewing": read.slewing,
+        "slewing": read.slewing or turns,
         **({"mode": None, "held_deg": None} if hold is None else held(hold)),
         **instrument_angles(geometry, angles, angle, reading.time),
     }

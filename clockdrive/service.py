@@ -84,7 +84,12 @@ class Service:
         return {"ok": True, "guide": {"east_arcsec": east, "north_arcsec": north}}
 
     def _sync(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
-        moved = self._telescope.sync(args["target"], args.get("posture"), force=bool(args.get("force")))
+        force = bool(args.get("force"))
+        if args.get("target"):
+            moved = self._telescope.sync(args["target"], args.get("posture"), force=force)
+        else:
+            angle, lies = args["rotator_angle_deg"], args["position_angle_deg"]
+            moved = self._telescope.sync_rotator(angle, position_angle_deg=lies, force=force)
         noted = next((event.text for event in self._telescope.events(10) if event.kind == "sync"), "")
         return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0, "noted": noted}
 

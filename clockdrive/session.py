@@ -8,6 +8,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
@@ -19,8 +20,8 @@ from clockdrive.resting import Rest
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
-from mounts.drive import Drive, Reading
-from mounts.errors import DriveError
+from mounts.drive import Drive, Reading, Telling
+from mounts.errors import DriveError, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -106,6 +107,7 @@ class Session:
         self._opened = -math.inf
         self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
         self._must_stop = False
+        self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
         self._period = _IDLE_PERIOD_S  # to the next reading
         self.guard = Guard(planner)
@@ -138,10 +140,13 @@ class Session:
         """Leave the drive safe; return whether it goes on tracking.
 
         With `keep_tracking` a drive that holds its rate alone goes on at it, bounded by its own soft limits, which
-        were written and read back; any other is stopped. One that cannot be stopped tracks on in any case.
+        were written and read back; any other is stopped, but for what was found tracking by itself and is left so.
+        One that cannot be stopped tracks on in any case.
         """
-        led = self.pursuit is not None and self.pursuit.led
-        keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone and not led
+        capabilities, pursuit = self.drive.capabilities, self.pursuit
+        bounded = capabilities.bounds_itself or pursuit is None
+        led = pursuit is not None and pursuit.led
+        keep = keep_tracking and self.doing == "tracking" and capabilities.holds_rate_alone and bounded and not led
         self.pursuit = None
         try:
             self.drive.close(self.clock.now(), keep_tracking=keep)
@@ -268,9 +273,16 @@ class Session:
         except TransportError as error:
             self._link_lost(error)
             return None
+        except Unsynchronised as error:  # what was read before may be as wrong
+            if self.reading is not None:
+                self.reading = replace(self.reading, unsynchronised=str(error))
+            raise
         if self.link_lost_since is not None:
             self.note("link", f"the link is back after {reading.time - self.link_lost_since:.1f} s")
             self.link_lost_since = None
+        if isinstance(self.drive, Telling):
+            for text in self.drive.told():
+                self.note("drive", text)
         self.taken(reading)
         self._guarded(reading)
         return reading
@@ -315,9 +327,10 @@ class Session:
         if not reading.unsynchronised:
             self.trusted_counts = reading.counts
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
-        self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
-        self.remember()
-        self._after_reading()
+        with self.store.together():
+            self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
+            self.remember()
+            self._after_reading()
         return reading
 
     def remember(self) -> None:
@@ -364,7 +377,7 @@ class Session:
         except (DriveError, TransportError) as error:
             if not self._must_stop:
                 self.note("stop failed", f"{error}; tried again and again; the drive's own switch stops it as well")
-            self._must_stop = True
+            self._must_stop, self._unstopped_because = True, str(error)
         else:
             self._must_stop = False
 
@@ -497,7 +510,7 @@ class Session:
         if self._must_stop:
             self._try_to_stop()
         if self._must_stop:
-            raise Refused("the telescope could not be stopped yet, the drive does not answer; check its link")
+            raise Refused(f"the telescope could not be stopped yet: {self._unstopped_because}")
         if self.doing in MOVING:
             raise Refused(f"the telescope is {self.doing}; wait for it, or `stop` first")
         if self.store.parked() and not parked:

@@ -11,11 +11,14 @@ from clockdrive.pursuit import Pursuit
 from clockdrive.session import MOVING, Session
 from clockdrive.state import Activity
 from clockdrive.waiting import Waiting
-from mounts.drive import AxisSlew, Reading, Stowing
+from mounts.drive import ROTATOR, AxisSlew, Reading, Stowing
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
-from pointing.plan import Plan, Timing
+from pointing.plan import Axis, Plan, Timing
+from pointing.planner import Planner
 from pointing.rotator_plan import parked as rotator_parked
+from pointing.rotator_plan import turned_to
+from pointing.slew import SlewModel
 from pointing.targets import Target
 from pointing.vectors import azimuth_altitude
 from pointing.way_round import to_axes
@@ -30,6 +33,7 @@ _MOST_SLEWS = 4
 _LONGEST_JOG_S = 3600.0
 _LINK_LOST_S = 15.0  # after which a slew is given up
 _WAITING_PERIOD_S = 1.0
+_LED_OVER = math.radians(30.0 / 3600.0)  # by which a path may change and the axes go on, displaced
 _READY_S = 0.2  # in which a drive is ready to lead without the plan being made again
 _UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
@@ -254,7 +258,7 @@ class Slewing:
         return plan
 
     def jog(self, axis: int, rate: float, seconds: float, report: Report) -> Steps[Plan]:
-        """Move one axis, 0 or 1, at `rate` radians a second for a time: a slew that cannot go further than that.
+        """Move one axis, by number from 0, at `rate` radians a second for a time: a slew that goes no further.
 
         Raises
         ------
@@ -268,23 +272,31 @@ class Slewing:
                 f"a jog for {seconds:g} s: above 0 up to {_LONGEST_JOG_S:g} s; use `goto` for longer ways"
             )
         session.poll()
-        start, timing = session.start(), session.timing()
-        angles = list(session.planner.angles(start.counts))
-        angles[axis] += rate * seconds
-        per_radian = abs(session.planner.axes[axis].gearing.counts_per_radian)
-        speed, most = abs(rate) * per_radian, timing.slew[axis].max_rate
+        moved, model = _moved(session.planner, session.timing(), axis)
+        per_radian = abs(moved.gearing.counts_per_radian)
+        speed, most = abs(rate) * per_radian, model.max_rate
         if not 0.0 < speed <= most:
             highest = math.degrees(most / per_radian)
             raise Refused(
-                f"a jog at {math.degrees(rate):g}°/s: axis {axis + 1} goes at up to ±{highest:.3f}°/s, and not at 0"
+                f"a jog at {math.degrees(rate):g}°/s: {moved.name} goes at up to ±{highest:.3f}°/s, and not at 0"
             )
-        plan = session.planner.plan_axes(
-            f"jog of axis {axis + 1}", (angles[0], angles[1]), start, _limited(timing, axis, speed)
-        )
+        plan = self._jogged(moved.name, axis, rate * seconds, _limited(session.timing(), axis, speed))
         yield from self._slew(plan, "jogging", report, {axis: speed})
         self._require_landed(plan)
         session.now_doing("idle")
         return plan
+
+    def _jogged(self, name: str, axis: int, by: float, timing: Timing) -> Plan:
+        """A plan of one axis by an angle, radians, from where it is."""
+        planner, start = self._session.planner, self._session.start()
+        angles = list(planner.angles(start.counts))
+        if axis < len(angles):
+            angles[axis] += by
+        plan = planner.plan_axes(f"jog of {name}", (angles[0], angles[1]), start, timing)
+        if axis < len(angles) or planner.rotator is None or start.rotator is None:
+            return plan
+        angle = planner.rotator.axis.gearing.angle(start.rotator[0]) + by
+        return turned_to(planner, plan, angle, start, timing)
 
     def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
         """Go to where a pass begins, and stay there until it does."""
@@ -332,17 +344,37 @@ class Slewing:
     ) -> Steps[None]:
         """Slew and wait for the landing; a drive of path nodes is given those of a target, `onto`, meanwhile."""
         session, speeds = self._session, speeds or {}
+        stays = onto is not None and self._stays(plan)
         session.begin(_activity(plan, doing))
+        if stays and onto is not None:
+            with self._stopped_on_failure():
+                session.pursue(onto, plan)
+                session.follow()
+                yield from self._landing(plan, report, plan.arrival)
+            return
         turns = plan.rotator
         slews = self._slews(plan, speeds)
         if turns is not None:
-            slews.append(AxisSlew(turns.axis.target_counts, turns.axis.rate_counts, arrival=turns.arrival))
+            target, rate = turns.axis.target_counts, turns.axis.rate_counts
+            slews.append(AxisSlew(target, rate, speeds.get(ROTATOR), turns.arrival))
         with self._stopped_on_failure():
             session.drive.start(slews, session.clock.now())
             session.remember()
             if onto is not None and session.drive.capabilities.path_nodes:
                 session.pursue(onto, plan)
+                session.follow()  # at once, that no short way ends before the first look
             yield from self._landing(plan, report)
+
+    def _stays(self, plan: Plan) -> bool:
+        """Whether the axes are on their way already, so that the rotator alone is led over to another one."""
+        session, pursuit = self._session, self._session.pursuit
+        if session.doing != "tracking" or pursuit is None or pursuit.led or pursuit.posture != plan.posture:
+            return False
+        if not session.drive.capabilities.path_nodes or plan.via is not None:
+            return False
+        there = pursuit.angles(plan.arrival)
+        off = (abs(axis.angle - angle) for axis, (angle, _) in zip(plan.axes, there, strict=True))
+        return max(off) <= _LED_OVER
 
     def _slews(self, plan: Plan, speeds: dict[int, float]) -> list[AxisSlew]:
         """What each axis is told; one that goes on at a rate of its own, for the moment when both have landed."""
@@ -354,7 +386,7 @@ class Slewing:
                 )
                 for i, (axis, gearing) in enumerate(zip(plan.axes, gearings, strict=True))
             ]
-        due = plan.landings if not drive.axes_land_together else (plan.arrival, plan.arrival)
+        due = plan.landings if not drive.axes_land_together else (max(plan.landings),) * 2
         return [
             AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
         ]
@@ -369,7 +401,8 @@ class Slewing:
             self._session.stop_and_fail(str(error) or repr(error))
             raise
 
-    def _landing(self, plan: Plan, report: Report) -> Steps[None]:
+    def _landing(self, plan: Plan, report: Report, until: float = -math.inf) -> Steps[None]:
+        """Wait until no axis slews any more, and until a time; what is pursued is followed meanwhile."""
         session = self._session
         while True:
             left = plan.arrival - session.clock.now()
@@ -380,7 +413,7 @@ class Slewing:
                 self._give_up_on_silence()
                 continue
             report(_progress(plan, reading))
-            if not any(axis.slewing for axis in reading.axes):
+            if not any(axis.slewing for axis in reading.axes) and reading.time >= until:
                 return
             session.follow()
 
@@ -413,7 +446,11 @@ class Slewing:
         """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""
         self._session.poll()
         reading, held = self._session.synchronised(), self._session.drive.capabilities.rests_within
-        for axis, setup, read in zip(plan.axes, self._session.planner.axes, reading.axes, strict=False):
+        planner, turns = self._session.planner, plan.rotator
+        ends, axes = list(plan.axes), list(planner.axes)
+        if turns is not None and planner.rotator is not None:
+            ends, axes = [*ends, turns.axis], [*axes, planner.rotator.axis]
+        for axis, setup, read in zip(ends, axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
             if off > setup.landed + held + read.uncertainty_counts:
                 short = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
@@ -436,7 +473,18 @@ def _progress(plan: Plan, reading: Reading) -> Progress:
     return Progress(plan.target, max(0.0, plan.arrival - reading.time), plan.eta, reading.counts)
 
 
+def _moved(planner: Planner, timing: Timing, axis: int) -> tuple[Axis, SlewModel]:
+    """An axis by its number from 0, and its law of motion."""
+    if axis < len(planner.axes):
+        return planner.axes[axis], timing.slew[axis]
+    if planner.rotator is None or timing.rotator is None:
+        raise Refused("this telescope has no rotator: a table [rotator] in its configuration says that there is one")
+    return planner.rotator.axis, timing.rotator
+
+
 def _limited(timing: Timing, axis: int, rate: float) -> Timing:
-    models = list(timing.slew)
-    models[axis] = models[axis].limited(rate)
-    return replace(timing, slew=(models[0], models[1]))
+    """The same laws, one axis no faster than `rate` counts per second."""
+    one, two, turns = *timing.slew, timing.rotator
+    if axis == ROTATOR and turns is not None:
+        return replace(timing, rotator=turns.limited(rate))
+    return replace(timing, slew=(one.limited(rate), two) if axis == 0 else (one, two.limited(rate)))

@@ -69,6 +69,7 @@ class StateFile:
         self._kind, self._patience_s = kind, patience_s
         self.path = directory / kind.file_name
         self._lock = threading.RLock()
+        self._durable: bool | None = None  # what the connection is set to
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
@@ -120,8 +121,9 @@ class StateFile:
         return int(self.rows(f"PRAGMA {name}")[0][0])
 
     def write(self, sql: str, values: Sequence[object], *, durable: bool) -> None:
-        """One statement as a transaction."""
-        with self.transaction(durable=durable):
+        """One statement, which is a transaction by itself or part of the one under way."""
+        with self._lock:
+            self._set_durable(durable)
             self.execute(sql, values)
 
     def rows(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
@@ -136,9 +138,12 @@ class StateFile:
 
     @contextmanager
     def transaction(self, *, durable: bool) -> Iterator[None]:
-        """All or nothing; when `durable`, on the disk when it ends."""
+        """All or nothing; when `durable`, on the disk when it ends. Within another it is part of that."""
         with self._lock:
-            self.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            if self._under_way:
+                yield
+                return
+            self._set_durable(durable)
             self.execute("BEGIN IMMEDIATE")
             try:
                 yield
@@ -147,6 +152,17 @@ class StateFile:
                 with suppress(sqlite3.Error):
                     self._database.execute("ROLLBACK")
                 raise
+
+    @property
+    def _under_way(self) -> bool:
+        with self._translated():
+            return self._database.in_transaction
+
+    def _set_durable(self, durable: bool) -> None:
+        """Let what begins now end on the disk, or not; what is under way ends as it began."""
+        if durable is not self._durable and not self._under_way:
+            self.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            self._durable = durable
 
     @contextmanager
     def _translated(self) -> Iterator[None]:

@@ -9,20 +9,19 @@ from clockdrive.corrections import ledger
 from clockdrive.rotating import field, rotator_status
 from clockdrive.session import Session
 from clockdrive.state import StateStore
-from mounts.drive import Reading
+from mounts.drive import ROTATOR, Reading
 from pointing.instant import Instant
 from pointing.vectors import longitude_latitude
-
-_ROTATOR = 2  # where it stands among the axes of a reading
 
 
 def _rotator(session: Session, reading: Reading, angles: tuple[float, float]) -> dict[str, Any]:
     """The rotator, where there is one, and how the field turns while a target is followed."""
     planner, pursuit = session.planner, session.pursuit
     said: dict[str, Any] = {} if pursuit is None else field(planner, pursuit.target, reading.time, pursuit.posture)
-    if planner.rotator is not None and len(reading.axes) > _ROTATOR:
+    if planner.rotator is not None and len(reading.axes) > ROTATOR:
         hold = None if pursuit is None else pursuit.hold
-        said["rotator"] = rotator_status(planner, planner.rotator, reading, angles, hold)
+        turns = pursuit is not None and pursuit.turns_at(reading.time)
+        said["rotator"] = rotator_status(planner, planner.rotator, reading, angles, hold, turns=turns)
     return said
 
 
@@ -73,6 +72,7 @@ def status_of(session: Session, store: StateStore, configuration: Configuration,
                 "name": axis.name,
                 "angle_deg": math.degrees(angle),
                 "counts": read.counts,
+                "units": axis.units,
                 "uncertainty_counts": read.uncertainty_counts,
                 "rate_deg_s": math.degrees(read.rate / axis.gearing.counts_per_radian),
                 "slewing": read.slewing,

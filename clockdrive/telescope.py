@@ -24,6 +24,7 @@ from clockdrive.answers import (
     plan_answer,
 )
 from clockdrive.automatic import Automatic
+from clockdrive.axis_names import axis_of
 from clockdrive.centring import Centring
 from clockdrive.choosing import Choosing
 from clockdrive.clock import SystemClock
@@ -284,16 +285,30 @@ class Telescope:
 
     def jog(
         self,
-        axis: int,
+        axis: int | str,
         deg_s: float,
         seconds: float,
         progress: Report = nobody,
     ) -> PlanAnswer:
-        """Move axis 1 or 2 at a speed for a time; it cannot go further than that, whatever happens to the host."""
-        if axis not in {1, 2}:
-            raise ArgumentError(f"axis {axis!r}: use 1 or 2")
+        """Move one axis at a speed for a time; it cannot go further than that, whatever happens to the host.
+
+        Parameters
+        ----------
+        axis : int or str
+            1, `axis1` or `azimuth`; 2, `axis2` or `altitude`; 3 or `rotator`.
+        deg_s, seconds : float
+            Degrees a second, and for how long.
+        progress : callable
+            Told of the way.
+
+        Raises
+        ------
+        ArgumentError, Refused, Unreachable
+            There is no such axis; the speed is impossible; a limit forbids the way.
+        """
+        which = axis_of(axis, 2 if self._session.planner.rotator is None else 3)
         rate = math.radians(finite("a jog at", deg_s, "degrees a second"))
-        steps = self._slewing.jog(axis - 1, rate, finite("a jog for", seconds, "seconds"), progress)
+        steps = self._slewing.jog(which, rate, finite("a jog for", seconds, "seconds"), progress)
         return self._answered(self._perform(steps))
 
     def drive_at(self, deg_s_1: float, deg_s_2: float, seconds: float, progress: Report = nobody) -> Answer:
@@ -427,6 +442,33 @@ class Telescope:
         """Declare that the telescope points at a target now; returns the correction in degrees."""
         resolved = self._target(target, self.clock.now())
         return self._control.call(lambda: self._adjusting.sync(resolved, posture, force=force))
+
+    def sync_rotator(
+        self, angle_deg: float | None = None, *, position_angle_deg: float | None = None, force: bool = False
+    ) -> float:
+        """Declare where the instrument rotator stands now, the axes being right; returns the correction in degrees.
+
+        Parameters
+        ----------
+        angle_deg : float, optional
+            Its own angle, as on its scale.
+        position_angle_deg : float, optional
+            Instead: of the instrument's y axis from north through east, as a solved image taken now tells.
+        force : bool
+            Accept a correction beyond 5°.
+
+        Raises
+        ------
+        ArgumentError, Refused
+            Not exactly one angle is given; there is no rotator, it slews, or stands at no such angle.
+        """
+        from clockdrive.rotator_sync import sync_rotator  # noqa: PLC0415 - seldom needed
+
+        given = [
+            None if each is None else finite(f"a {what} of", each, "degrees")
+            for what, each in (("rotator angle", angle_deg), ("position angle", position_angle_deg))
+        ]
+        return self._control.call(lambda: sync_rotator(self._session, given[0], given[1], force=force))
 
     def offset(self, east_arcsec: float, north_arcsec: float) -> None:
         """Displace this and all later targets on the sky, arcseconds; adds to the offset in force.
@@ -745,6 +787,12 @@ class Telescope:
         return "" if left is None else left.said(self.clock.now())
 
     # Leaving ---------------------------------------------------------------------------------------------------
+
+    @property
+    def tracks_alone(self) -> bool:
+        """Whether its drive goes on tracking without this program."""
+        capabilities = self._session.drive.capabilities
+        return (capabilities.holds_rate_alone and capabilities.bounds_itself) or not capabilities.can_stop
 
     @property
     def is_tracking(self) -> bool:

@@ -23,6 +23,7 @@ from mounts.deadman_process import (
     BEAT,
     DISARM,
     FAILED,
+    HASTEN,
     READY,
     SAFE,
     SHARE,
@@ -68,6 +69,8 @@ class DeadMan(Running):
         The module that calls `deadman_process.run` with its only argument and the system's clock.
     silence_s : float
         How long an armed owner may be silent. Longer than any one exchange with the drive may take.
+    hasty_s : float, optional
+        Likewise from `hasten` on.
     log : Path, optional
         A file to which the process adds a line when it has acted; stderr where there is none.
 
@@ -84,13 +87,20 @@ class DeadMan(Running):
         *,
         program: str,
         silence_s: float = 0.4,
+        hasty_s: float | None = None,
         log: Path | None = None,
     ) -> None:
         if not frames:
             raise DeadManError("a dead-man process without frames would save nobody; give it the drive's safe frames")
         if not silence_s > 0.0:
             raise DeadManError(f"the dead-man's silence of {silence_s:g} s must be above 0; 0.4 s is usual")
-        self._orders = Orders(url, tuple(frames), silence_s, str(log.absolute()) if log else "")
+        self._orders = Orders(
+            url,
+            tuple(frames),
+            silence_s,
+            str(log.absolute()) if log else "",
+            silence_s if hasty_s is None else hasty_s,
+        )
         self._program = program
         self._process: subprocess.Popen[bytes] | None = None
         self._channel: socket.socket | None = None
@@ -163,6 +173,10 @@ class DeadMan(Running):
         self._tell(ARM)
         if not self.alive:
             raise DeadManError(self.fate)
+
+    def hasten(self) -> None:
+        """A motion must end soon: the process waits only `hasty_s` from now on, until `arm` or `disarm`."""
+        self._tell(HASTEN)
 
     def beat(self) -> bool:
         """Say that the owner lives; return whether the process still does.

@@ -12,6 +12,9 @@ from typing import Protocol, runtime_checkable
 from pointing.plan import Leading, Units
 from pointing.slew import SlewModel
 
+ROTATOR = 2
+"""Where an instrument rotator stands among the axes."""
+
 
 @dataclass(frozen=True)
 class Capabilities:
@@ -24,6 +27,7 @@ class Capabilities:
     holds_rate_alone: bool  # goes on tracking when the host is gone
     units: Units
     goes_on_at: float = 0.0  # counts per second that axis 1 tracks with, whatever it is told
+    bounds_itself: bool = True  # by soft limits of its own, that were written and read back
     rests_within: float = 0.0  # counts to either side by which an axis at rest may be held off its place
 
 
@@ -74,8 +78,17 @@ class AxisPath(Protocol):
         """Whether it moves faster than a drive may go on at when nobody watches it."""
         ...
 
+    @property
+    def axes(self) -> int:
+        """How many axes have a way of their own; a rotator may have none."""
+        ...
+
     def at(self, time: float) -> Sequence[tuple[float, float]]:
         """(counts, counts per second) of each axis at POSIX `time`."""
+        ...
+
+    def axis_at(self, axis: int, time: float) -> tuple[float, float]:
+        """The same of one axis, counted from 0, for whoever asks each at times of its own."""
         ...
 
 
@@ -124,7 +137,7 @@ class Drive(Protocol):
         ...
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
-        """Begin a slew of all axes; return the time at which the motion began.
+        """Begin a slew of all axes; return the time at which the motion began. A rotator not named is halted.
 
         A drive with `path_nodes` must be called by `follow` from then on: what it is to follow joins the slew's end.
         """
@@ -173,9 +186,27 @@ class Drive(Protocol):
 
 
 @runtime_checkable
+class Telling(Protocol):
+    """A drive that tells by itself what happens to it."""
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since it was asked last, in sentences, for the event log."""
+        ...
+
+
+@runtime_checkable
 class Stowing(Protocol):
     """A drive whose controllers know a stow of their own."""
 
     def stow(self, time: float) -> bool:
         """Let parked axes go to it, if that is configured; return whether they do, and read as slewing meanwhile."""
+        ...
+
+
+@runtime_checkable
+class Declares(Protocol):
+    """A drive to which the position of one axis can be declared alone: that of a rotator, which no star tells."""
+
+    def declare(self, number: int, counts: float, time: float) -> None:
+        """Declare the present position of an axis, by its number from 0, to be `counts`."""
         ...

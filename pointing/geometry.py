@@ -19,6 +19,7 @@ from pointing.vectors import Vector
 if TYPE_CHECKING:
     from pointing.rotator import Rotator
 
+_SHOWN_DEG = 0.001
 _ROUNDING = 1e-12  # rad, by which one limit computed in two ways may differ from itself
 
 
@@ -183,8 +184,13 @@ def _within(name: str, what: str, angle: float, low: float, high: float) -> Chec
     if low - _ROUNDING <= angle <= high + _ROUNDING:
         return Check(name, ok=True, detail=f"{what} at {degrees:.3f}°, allowed {allowed}", margin=margin)
     beyond = max(lowest - degrees, degrees - highest)
-    detail = f"{what} at {degrees:.3f}° is {beyond:.3f}° outside {allowed}"
+    detail = f"{what} at {degrees:.3f}° is {outside(beyond)} {allowed}"
     return Check(name, ok=False, detail=detail, margin=margin)
+
+
+def outside(beyond: float) -> str:
+    """By how much, degrees, something is outside a travel, in words; as it leaves it there is no figure."""
+    return "at the end of" if beyond < _SHOWN_DEG / 2.0 else f"{beyond:.3f}° outside"
 
 
 def _nearest(angle: float, near: float) -> float:

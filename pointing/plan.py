@@ -215,7 +215,7 @@ class Plan:
     target : str
         The target's name.
     start, arrival : float
-        POSIX seconds; `arrival` is when both axes are on the target.
+        POSIX seconds; `arrival` is when both axes are on the target, and the rotator holds what it is to hold.
     posture : Posture
         How the mount stands on arrival.
     observed : Vector
@@ -229,7 +229,9 @@ class Plan:
     via : Plan, optional
         The first of two legs, where the straight way is forbidden; the counts and travels are those of the second.
     rotator : RotatorPlan, optional
-        What the instrument rotator does meanwhile, and for longer where it arrives after the axes.
+        What the instrument rotator does meanwhile.
+    axes_arrival : float, optional
+        POSIX seconds at which both axes are on the target, where the rotator arrives after them.
     """
 
     target: str
@@ -242,6 +244,7 @@ class Plan:
     trajectory: "Trajectory | None" = field(default=None, repr=False, compare=False)
     via: "Plan | None" = field(default=None, repr=False)
     rotator: RotatorPlan | None = None
+    axes_arrival: float | None = None
 
     @property
     def eta(self) -> float:
@@ -250,9 +253,9 @@ class Plan:
 
     @property
     def landings(self) -> tuple[float, float]:
-        """POSIX seconds at which each axis has landed by itself, the later one at the arrival."""
+        """POSIX seconds at which each axis has landed by itself, the later one when both are on the target."""
         one, two = (axis.travel.duration for axis in self.axes)
-        begin = self.arrival - max(one, two)
+        begin = (self.arrival if self.axes_arrival is None else self.axes_arrival) - max(one, two)
         return begin + one, begin + two
 
 

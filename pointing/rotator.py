@@ -21,7 +21,7 @@ from typing import Literal, get_args
 
 from pointing.errors import PointingError
 from pointing.field_rotation import SkyAt, turned, upright
-from pointing.geometry import Geometry
+from pointing.geometry import Geometry, outside
 from pointing.instant import Instant
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -65,7 +65,7 @@ class Hold:
         if self.mode not in MODES:
             raise PointingError(f"a rotator that holds {self.mode!r}: possible are {', '.join(MODES)}")
         if not abs(self.angle) <= 2.0 * math.tau:
-            raise PointingError(f"a rotator angle of {math.degrees(self.angle):g}°: possible are −720° to 720°")
+            raise PointingError(f"an angle of {math.degrees(self.angle):g}° to hold: possible are −720° to 720°")
 
     def __str__(self) -> str:
         degrees = f"{math.degrees(self.angle):g}°"
@@ -110,7 +110,7 @@ class Rotator:
         degrees, lowest, highest = map(math.degrees, (angle, low, high))
         ok = low <= angle <= high
         allowed = f"allowed {lowest:.2f}° to {highest:.2f}°"
-        beyond = "" if ok else f" is {max(lowest - degrees, degrees - highest):.3f}° outside,"
+        beyond = "" if ok else f" is {outside(max(lowest - degrees, degrees - highest))} its travel,"
         detail = f"{what} at {degrees:.3f}°{beyond or ','} {allowed}"
         if not ok:
             detail += "; `goto` the target again to wind it back, or hold another angle"

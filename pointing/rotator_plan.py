@@ -1,9 +1,9 @@
 """How the rotator gets where it holds the field: which winding, when it is there, how long it may stay.
 
 The rotator goes while the axes do: it meets the angle that is right when they arrive, or later by itself where its
-way takes longer. Of the windings within its limits the one that holds the target for longest is taken, up to two
-hours; of those that hold it as long, the one that is there first. One that holds it for less than half a minute is
-none.
+way takes longer. The plan arrives when all do. Of two legs the rotator goes on the second: the first one halts it.
+Of the windings within its limits the one that holds the target for longest is taken, up to two hours; of those that
+hold it as long, the one that is there first. One that holds it for less than half a minute is none.
 """
 
 import math
@@ -13,11 +13,13 @@ from dataclasses import replace
 
 from pointing.errors import PointingError, TargetError, Unreachable
 from pointing.geometry import Geometry
+from pointing.instant import Instant
 from pointing.limits import Check
 from pointing.plan import AxisPlan, Plan, RotatorPlan, Start, Timing
 from pointing.rotator import Held, Hold, Rotator, RotatorPath
 from pointing.slew import Travel, travelled
 from pointing.targets import Target
+from pointing.way_round import BETWEEN_S
 
 _KEPT_S = 7200.0  # for which a winding should hold its target
 _ALIKE_S = 2.0  # by which two may differ and hold it equally long
@@ -53,7 +55,7 @@ def with_rotator(
     """
     if geometry.rotator is None:
         return plan
-    rotator = geometry.rotator.holding(hold)
+    rotator, start = geometry.rotator.holding(hold), _on_the_last_leg(plan, start)
     held = Held(geometry, target, plan.posture, rotator.hold)
     ways = sorted(_ways(held, plan, rotator, start, timing), key=lambda way: way.arrival)
     best, kept = None, 0.0
@@ -69,7 +71,30 @@ def with_rotator(
     checks = (*plan.checks, rotator.check(best.axis.angle), _speed(best, rotator, timing))
     if not checks[-1].ok:
         raise Unreachable(f"{plan.target}: {checks[-1].detail}; hold the mount, or wait", checks=checks)
-    return replace(plan, rotator=best, checks=checks)
+    return _arriving_together(geometry, replace(plan, rotator=best, checks=checks), target)
+
+
+def _on_the_last_leg(plan: Plan, start: Start) -> Start:
+    """Where the rotator is when the last leg of a plan begins."""
+    if plan.via is None or start.rotator is None:
+        return start
+    return replace(start, time=plan.via.arrival + BETWEEN_S, rotator=(start.rotator[0], 0.0))
+
+
+def _arriving_together(geometry: Geometry, plan: Plan, target: Target) -> Plan:
+    """The plan with the arrival of its rotator, where that is the last; the axes are where they track it then."""
+    turns = plan.rotator
+    if turns is None or turns.arrival <= plan.arrival:
+        return plan
+    near = plan.axes[0].angle, plan.axes[1].angle
+    one, two = (
+        replace(axis, angle=angle, rate=rate)
+        for axis, (angle, rate) in zip(
+            plan.axes, geometry.track(target, turns.arrival, plan.posture, near), strict=True
+        )
+    )
+    observed = target.observed(geometry.sky.at(Instant.from_posix(turns.arrival)))
+    return replace(plan, arrival=turns.arrival, axes_arrival=plan.arrival, axes=(one, two), observed=observed)
 
 
 def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath | None:
@@ -82,15 +107,33 @@ def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath 
 
 def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
     """Add to a plan that ends at rest the rotator's way to its park position, where the telescope has one."""
+    return plan if geometry.rotator is None else turned_to(geometry, plan, geometry.rotator.park, start, timing)
+
+
+def turned_to(geometry: Geometry, plan: Plan, angle: float, start: Start, timing: Timing) -> Plan:
+    """Add to a plan that ends at rest the rotator's way to an angle, radians, at which it rests.
+
+    Raises
+    ------
+    Unreachable
+        The angle is outside its limits.
+    PointingError
+        There is no rotator.
+    """
     rotator = geometry.rotator
     if rotator is None:
-        return plan
-    hold = Hold("mount", rotator.park)
-    there = rotator.axis.nearest(rotator.park)
-    begin = start.time + timing.latency
+        raise PointingError("this telescope has no rotator that could turn")
+    check = rotator.check(angle)
+    if not check.ok:
+        raise Unreachable(f"{plan.target}: {check.detail}", checks=(*plan.checks, check))
+    there = rotator.axis.nearest(angle)
     here, travel = _travel(there, 0.0, start, timing)
-    axis = AxisPlan(rotator.axis.name, rotator.park, 0.0, here, there, 0.0, travel)
-    return replace(plan, rotator=RotatorPlan(hold, axis, begin + travel.duration))
+    axis = AxisPlan(rotator.axis.name, angle, 0.0, here, there, 0.0, travel)
+    turns = RotatorPlan(Hold("mount", angle), axis, start.time + timing.latency + travel.duration)
+    plan = replace(plan, rotator=turns, checks=(*plan.checks, check))
+    if turns.arrival <= plan.arrival:
+        return plan
+    return replace(plan, arrival=turns.arrival, axes_arrival=plan.arrival)
 
 
 def _ways(held: Held, plan: Plan, rotator: Rotator, start: Start, timing: Timing) -> Iterator[RotatorPlan]:

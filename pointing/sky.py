@@ -12,6 +12,7 @@ Earth, so there is no annual aberration.
 """
 
 import math
+from functools import lru_cache, partial
 
 from pointing.earth_orientation import EarthOrientationSource, earth_orientation
 from pointing.ephemeris import ephemeris, pole_rate
@@ -33,6 +34,7 @@ SIDEREAL_ROTATION = 1.00273790935 * math.tau / DAY  # of the Earth against its m
 _SUN_GRAVITY = 0.01720209895**2 * _LIGHT_AU_DAY / DAY  # au² × c/s
 _EQUATOR_M, _FLATTENING = 6378137.0, 1.0 / 298.257223563  # WGS84
 _TIO = -47e-6 * math.pi / 648000.0 / 36525.0  # s′ a day, IERS Conventions 2003 (sp00)
+_FRAMES = 32  # that are kept: planner, pursuit, checks and status ask for the same moments, a path for a few ahead
 _CLOSED = 1e-15  # rad, what is left when the inverse has converged
 
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
@@ -66,10 +68,11 @@ class Sky:
         self.zenith_au = (cp * equatorial + sp * polar) / AU_M
         # His speed, to the east, in units of the speed of light.
         self.east_c = _ROTATION * equatorial / LIGHT_M_S
+        self._frames = lru_cache(maxsize=_FRAMES)(partial(SkyFrame, self))
 
     def at(self, instant: Instant) -> "SkyFrame":
-        """Prepare the sky at a moment: what ERFA's `apco` does."""
-        return SkyFrame(self, instant)
+        """The sky at a moment: what ERFA's `apco` prepares. One that was asked for lately is there already."""
+        return self._frames(instant)
 
     def refraction(self, altitude: float) -> float:
         """How much refraction lifts a direction seen at an *observed* altitude, radians."""
@@ -101,6 +104,7 @@ class SkyFrame:
         "_lorentz",
         "_pole",
         "_rotation",
+        "_sun",
         "_sun_au",
         "earth_orientation",
         "geocentric_au",
@@ -146,6 +150,7 @@ class SkyFrame:
         hx, hy, hz = hx + px, hy + py, hz + pz
         self._sun_au = sun_au = math.sqrt(hx * hx + hy * hy + hz * hz)
         self._from_sun = (hx / sun_au, hy / sun_au, hz / sun_au)
+        self._sun: Vector | None = None
 
     def observe(self, direction: Vector, from_sun: Vector | None = None) -> Vector:
         """Observed direction of an astrometric one.
@@ -271,8 +276,10 @@ class SkyFrame:
 
     def sun(self) -> Vector:
         """Observed direction of the Sun's centre, horizon frame, to 0.001°."""
-        x, y, z = self._from_sun
-        return self.observe((-x, -y, -z))
+        if self._sun is None:
+            x, y, z = self._from_sun
+            self._sun = self.observe((-x, -y, -z))
+        return self._sun
 
     def _proper(self, direction: Vector, from_sun: Vector) -> Vector:
         """Proper direction, GCRS axes, of an astrometric one: deflected by the Sun and aberrated."""

@@ -14,7 +14,8 @@ from pointing.targets import Target
 if TYPE_CHECKING:
     from pointing.planner import Planner
 
-_BETWEEN_S = 2.0  # in which the end of the first leg is seen and the second one is planned
+BETWEEN_S = 2.0
+"""Seconds in which the end of the first leg is seen and the second one is planned."""
 
 
 def way_round(
@@ -38,7 +39,7 @@ def way_round(
         except Unreachable:
             continue
         here = (first.axes[0].target_counts, first.axes[1].target_counts)
-        second = planner.straight(target, Start(first.arrival + _BETWEEN_S, here), timing, posture)[0]
+        second = planner.straight(target, Start(first.arrival + BETWEEN_S, here), timing, posture)[0]
         if second is not None:
             found.append(replace(second, start=start.time, via=first))
     return min(found, key=lambda plan: plan.arrival, default=None)
@@ -67,7 +68,7 @@ def to_axes(planner: "Planner", name: str, angles: tuple[float, float], start: S
             with suppress(Unreachable):
                 first = planner.plan_axes(name, place, start, timing)
                 here = (first.axes[0].target_counts, first.axes[1].target_counts)
-                second = planner.plan_axes(name, angles, Start(first.arrival + _BETWEEN_S, here), timing)
+                second = planner.plan_axes(name, angles, Start(first.arrival + BETWEEN_S, here), timing)
                 found.append(replace(second, start=start.time, via=first))
         if not found:
             raise

@@ -3,6 +3,10 @@
 import os
 from pathlib import Path
 
+# One thread for linear algebra, here and in all processes that tests start: tests fill the cores side by side, and
+# threads that wait for each other cost a third more. Read when numpy is first imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[1]

@@ -110,3 +110,19 @@ def star_at(geometry, azimuth, altitude, time=TIME):
     direction = from_azimuth_altitude(math.radians(azimuth), math.radians(altitude))
     x, y, z = frame.astrometric(direction)
     return Star("a star", math.atan2(y, x) % math.tau, math.asin(z))
+
+
+def across_the_field(scope, star, held_deg):
+    """How far a star 1° off the axis stands beside its direction in the field of a simulated telescope, arcseconds.
+
+    Asked of the true axes and the true rotator, now, for a rotator that is to hold `held_deg` on the sky.
+    """
+    time = scope.clock.now()
+    scope.simulator.advance(time)
+    one, two, turned = (math.radians(scope.simulator.true_position(i)) for i in (1, 2, 3))
+    planner = scope._session.planner
+    site, configured = planner.sky.site, scope.configuration.site
+    place = configured.latitude_deg, configured.longitude_deg, configured.height_m
+    ra, dec = ring(star, 1.0, [math.radians(held_deg)])
+    seen = erfas(ra, dec, site.weather, time, place)
+    return in_the_field(seen[0], focal_plane(planner, one, two, turned, {}))[0]

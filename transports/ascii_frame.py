@@ -56,7 +56,7 @@ def _decode(text: bytes) -> Frame | None:
     """Return the frame that `text`, which stood behind a `:`, begins with."""
     if not (match := _WHOLE.match(text)):
         return None
-    *body, lrc = bytes.fromhex(match[1].decode("ascii"))
-    if FramerAscii.compute_LRC(bytes(body)) != lrc:
+    body = bytes.fromhex(match[1].decode("ascii"))
+    if FramerAscii.compute_LRC(body[:-1]) != body[-1]:
         return None
-    return Frame(body[0], bytes(body[1:]))
+    return Frame(body[0], body[1:-1])

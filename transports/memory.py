@@ -1,12 +1,13 @@
 """A link to a simulated device in the same process: exact and deterministic under a virtual clock.
 
 A request takes its line time, travels for the latency, and reaches the device whole; the answer travels back
-for the latency and its own line time, and can be read from then on. Waiting is done on the clock handed in,
-so with a virtual clock nothing waits at all.
+for the latency and its own line time, and can be read from then on. So does what a device says unasked. Waiting is
+done on the clock handed in, so with a virtual clock nothing waits at all.
 """
 
+import math
 from collections import deque
-from typing import Protocol
+from typing import Protocol, TypeGuard
 
 from transports.errors import LinkError
 from transports.link import Clock
@@ -23,6 +24,22 @@ class Device(Protocol):
         A device may raise `LinkError` to drop the connection.
         """
         ...
+
+
+class Talking(Device, Protocol):
+    """A device that says things unasked as well."""
+
+    def says(self, until: float) -> tuple[float, bytes] | None:
+        """The next thing that it says unasked up to POSIX `until`, and when; None where there is nothing.
+
+        Its time may go on to `until`, but not beyond the moment at which it says something.
+        """
+        ...
+
+
+def talks(device: Device) -> TypeGuard[Talking]:
+    """Whether a device says things unasked."""
+    return hasattr(device, "says")
 
 
 class MemoryLink:
@@ -57,6 +74,7 @@ class MemoryLink:
         self._byte_time = BITS_PER_BYTE / baud if baud else 0.0
         self._name = name
         self._arriving: deque[tuple[float, bytes]] = deque()
+        self._line_free = -math.inf  # when what the device said last has left it
         self._open = True
 
     @property
@@ -72,19 +90,20 @@ class MemoryLink:
         sent = self._clock.now()
         arrived = sent + self._latency
         try:
+            self._listen(arrived)
             answer = self._device.receive(data, arrived)
         except LinkError:
             self.close()
             raise
         if answer:
-            self._arriving.append((arrived + self._latency + len(answer) * self._byte_time, answer))
+            self._begins(arrived, answer)
         return sent
 
     def read(self, max_bytes: int, timeout_s: float) -> bytes:
         """Return what has come, at least one byte; empty when nothing came within `timeout_s`."""
         self._require_open()
         now = self._clock.now()
-        due = self._arriving[0][0] if self._arriving else now + timeout_s + 1.0
+        due = self._due(now + timeout_s)
         if due > now + timeout_s:
             if timeout_s > 0.0:
                 self._clock.sleep(timeout_s)
@@ -97,6 +116,28 @@ class MemoryLink:
         """Close; what is still on its way is lost."""
         self._open = False
         self._arriving.clear()
+
+    def _due(self, until: float) -> float:
+        """When the first of what is on its way can be read; infinity where that is after `until`."""
+        if not self._arriving or self._arriving[0][0] > until:
+            self._listen(until, all_of_it=False)
+        return self._arriving[0][0] if self._arriving else math.inf
+
+    def _listen(self, until: float, *, all_of_it: bool = True) -> None:
+        """Hear what the device says unasked."""
+        while talks(self._device) and (said := self._device.says(until)) is not None:
+            self._begins(*said)
+            if not all_of_it:
+                break
+
+    def _begins(self, time: float, data: bytes) -> None:
+        """Something leaves the device, or waits for its line; of one that talks each byte can be read by itself."""
+        begun = max(time, self._line_free)
+        self._line_free = begun + len(data) * self._byte_time
+        pieces = [data[i : i + 1] for i in range(len(data))] if self._byte_time and talks(self._device) else [data]
+        for i, piece in enumerate(pieces, start=1):
+            left = begun + (i if len(pieces) > 1 else len(data)) * self._byte_time
+            self._arriving.append((left + self._latency, piece))
 
     def _take(self, max_bytes: int, until: float) -> bytes:
         come = b""

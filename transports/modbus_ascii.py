@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 from transports.ascii_frame import Frame, FrameDecoder, encode_frame
 from transports.errors import ExceptionReply, LinkError, NoAnswer, WrongAnswer
+from transports.kept_link import CHUNK, KeptLink
 from transports.link import Clock, Link
 from transports.modbus_request import (
     Request,
@@ -31,9 +32,10 @@ from transports.modbus_request import (
 
 IDLE_S = 0.004  # four characters at 9600 baud: a line silent this long is idle
 QUIET_S = 0.1  # a line just opened must be silent this long
-REOPEN_PAUSE_S = 0.1  # between attempts to open: a unit with one client at a time may still hold the last
 READ_ATTEMPTS = 2
-CHUNK = 4096
+_REMEDY = (
+    "where the unit serves one client at a time, close the other, or wait until it has given up the last connection"
+)
 
 MEANING = {
     1: "illegal function",
@@ -82,13 +84,11 @@ class ModbusAscii:
         timeout_s: float = 0.5,
         deadline_s: float = 2.0,
     ) -> None:
-        self._open = open_link
         self._clock = clock
         self._unit = unit
         self._timeout = timeout_s
         self._deadline = max(deadline_s, timeout_s)
-        self._link: Link | None = None
-        self._name = "link not opened yet"
+        self._kept = KeptLink(open_link, clock, deadline_s=self._deadline, remedy=_REMEDY)
         self._decoder = FrameDecoder()
         self._missing: set[bytes] = set()  # heads of answers that may still come
         self._answered: dict[bytes, Request] = {}  # reads that can serve as markers, by the head of the answer
@@ -99,7 +99,7 @@ class ModbusAscii:
     @property
     def name(self) -> str:
         """The address of the link last opened."""
-        return self._name
+        return self._kept.name
 
     def read_coils(self, address: int, count: int) -> Answer:
         """Read `count` coils from `address` on.
@@ -137,9 +137,7 @@ class ModbusAscii:
 
     def close(self) -> None:
         """Close the link; the next request opens it again."""
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+        self._kept.close()
 
     def _read(self, request: Request) -> Answer:
         pdu, sent = self._ask(request, READ_ATTEMPTS)
@@ -163,22 +161,9 @@ class ModbusAscii:
 
     def _link_in_step(self, request: Request, latest: float) -> Link:
         """Return the link, open and idle, on which no answer but its own can pass for that of `request`."""
-        if self._link is not None and not self._is_clear(self._link, latest):
-            self.close()
-        while self._link is None:
-            try:
-                self._link = self._open()
-                self._name = self._link.name
-                self._settle(self._link, request, latest)
-            except LinkError as error:
-                self.close()
-                if self._clock.now() + REOPEN_PAUSE_S > latest:
-                    raise LinkError(
-                        f"{error}; tried for {self._deadline:g} s: where the unit serves one client at a time, "
-                        "close the other, or wait until it has given up the last connection"
-                    ) from error
-                self._clock.sleep(REOPEN_PAUSE_S)
-        return self._link
+        return self._kept.in_step(
+            lambda link: self._is_clear(link, latest), lambda link: self._settle(link, request, latest), latest
+        )
 
     def _is_clear(self, link: Link, latest: float) -> bool:
         """Whether nothing but noise was left on the line."""
@@ -205,12 +190,7 @@ class ModbusAscii:
 
     def _drain(self, link: Link, quiet_s: float, latest: float) -> list[Frame]:
         """Read until nothing came for `quiet_s`; return the frames that came."""
-        frames = []
-        while data := link.read(CHUNK, quiet_s):
-            frames += self._decoder.feed(data)
-            if self._clock.now() > latest:
-                raise LinkError(f"{link.name}: the line does not fall silent; check cable, baud rate and earth")
-        return frames
+        return [frame for data in self._kept.drained(link, quiet_s, latest) for frame in self._decoder.feed(data)]
 
     def _converse(self, link: Link, request: Request, *, is_marker: bool = False) -> tuple[bytes, float]:
         """Send the request and wait for its answer; anything but an answer leaves the line in doubt."""
@@ -228,7 +208,7 @@ class ModbusAscii:
         if request.is_refused_by(pdu):
             code = pdu[1]
             raise ExceptionReply(
-                f"{self._name}: unit {self._unit} refuses to {request.text}: "
+                f"{self.name}: unit {self._unit} refuses to {request.text}: "
                 f"exception {code}, {MEANING.get(code, 'unknown')}",
                 code,
             )
@@ -251,11 +231,11 @@ class ModbusAscii:
                 wrong = frame
         if wrong:
             raise WrongAnswer(
-                f"{self._name}: asked unit {self._unit} to {request.text}, answered by unit {wrong.unit} with "
+                f"{self.name}: asked unit {self._unit} to {request.text}, answered by unit {wrong.unit} with "
                 f"{wrong.pdu.hex(' ')}; check that no other program uses the unit"
             )
         raise NoAnswer(
-            f"{self._name}: unit {self._unit} did not answer within {self._timeout:g} s to: {request.text}; "
+            f"{self.name}: unit {self._unit} did not answer within {self._timeout:g} s to: {request.text}; "
             "check power, cable, address and baud rate"
         )
 
@@ -267,6 +247,6 @@ class ModbusAscii:
         if followers:
             self._missing.update(head_of(frame.pdu) for frame in followers)
             raise WrongAnswer(
-                f"{self._name}: unit {self._unit} answered {1 + len(followers)} times to: {request.text}; "
+                f"{self.name}: unit {self._unit} answered {1 + len(followers)} times to: {request.text}; "
                 "check that no other program uses the unit"
             )

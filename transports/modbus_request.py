@@ -6,6 +6,7 @@ write by the echo. (Modbus Application Protocol V1.1b3, section 6.)
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import cast
 
 from pymodbus.pdu import DecodePDU, ModbusPDU
@@ -61,6 +62,7 @@ def head_of(pdu: bytes) -> bytes:
     return pdu[:2] if pdu[0] <= 4 else pdu[:5]
 
 
+@lru_cache(maxsize=256)  # a poll asks for the same again and again
 def read_request(noun: str, address: int, count: int) -> Request:
     """Return the request for `count` coils, discrete inputs, holding registers or input registers."""
     kind, most, bits = _READS[noun]

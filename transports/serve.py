@@ -14,11 +14,12 @@ from urllib.parse import urlsplit
 
 from transports.errors import LinkError
 from transports.link import Clock
-from transports.memory import BITS_PER_BYTE, Device
+from transports.memory import BITS_PER_BYTE, Device, talks
 from transports.open_link import host_and_port
 from transports.running import Running
 
 CHUNK = 4096
+_LISTEN_S = 0.001  # from one look to the next whether a device says something unasked
 ALLOWED = "tcp://127.0.0.1:10001 (port 0 takes a free one), pty: or pty:PATH"
 
 
@@ -59,6 +60,19 @@ class Server(Running):
         self._wake.close()
         self._release()
 
+    @property
+    def _patience_s(self) -> float | None:
+        """How long clients may be waited for."""
+        return _LISTEN_S if talks(self._device) else None
+
+    def _said(self) -> bytes:
+        """What the device says unasked, in its line time."""
+        said = b""
+        while talks(self._device) and (more := self._device.says(self._clock.now())) is not None:
+            self._pace(more[1])
+            said += more[1]
+        return said
+
     def _answer(self, data: bytes) -> bytes:
         """Return the device's answer, each way taking its line time."""
         self._pace(data)
@@ -92,13 +106,23 @@ class TcpServer(Server):
     def _run(self) -> None:
         while True:
             waiting = [self._wake, self._listener, *([self._client] if self._client else [])]
-            ready, _, _ = select.select(waiting, [], [])
+            ready, _, _ = select.select(waiting, [], [], self._patience_s)
             if self._wake in ready:
                 return
-            if self._client in ready:
+            self._tell(self._said())
+            if self._client in ready and self._client is not None:
                 self._serve_client(self._client)
             if self._listener in ready:
                 self._receive_client()
+
+    def _tell(self, said: bytes) -> None:
+        """What is said unasked is lost where nobody listens."""
+        if said and self._client is not None:
+            try:
+                self._client.sendall(said)
+            except OSError:
+                self._client.close()
+                self._client = None
 
     def _serve_client(self, client: socket.socket) -> None:
         try:
@@ -140,9 +164,14 @@ class PtyServer(Server):
 
     def _run(self) -> None:
         while True:
-            ready, _, _ = select.select([self._wake.fileno(), self._controller], [], [])
+            ready, _, _ = select.select([self._wake.fileno(), self._controller], [], [], self._patience_s)
             if self._wake.fileno() in ready:
                 return
+            said = self._said()
+            if said and select.select([], [self._controller], [], 0.0)[1]:  # else nobody has listened for long
+                os.write(self._controller, said)
+            if self._controller not in ready:
+                continue
             try:
                 os.write(self._controller, self._answer(os.read(self._controller, CHUNK)))
             except LinkError:

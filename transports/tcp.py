@@ -60,13 +60,17 @@ class TcpLink:
         return self._socket.fileno()
 
     def write(self, data: bytes) -> float:
-        """Send all of `data`; return the time at which it was handed to the network."""
+        """Send all of `data`; return the time from which on the far end can have had it.
+
+        A busy host may go on long after the network has taken it, and be answered before it does.
+        """
+        begun = self._clock.now()
         try:
             self._socket.settimeout(WRITE_TIMEOUT_S)
             self._socket.sendall(data)
         except OSError as error:
             raise self._lost(error) from error
-        return self._clock.now()
+        return begun
 
     def read(self, max_bytes: int, timeout_s: float) -> bytes:
         """Return what has come, at least one byte; empty when nothing came within `timeout_s`."""

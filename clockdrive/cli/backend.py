@@ -27,6 +27,7 @@ class Backend(Protocol):
 
     attached: bool
     leaves_tracking: bool
+    tracks_alone: bool
 
     def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
         """Make a call of `clockdrive.service` and wait for its result."""
@@ -37,6 +38,7 @@ class Attached:
     """The running owner, through its control socket."""
 
     attached = True
+    tracks_alone = True  # the owner goes on with it
 
     def __init__(self, client: Any) -> None:  # noqa: ANN401 - a ControlClient, imported by `attach`
         self._client = client
@@ -64,6 +66,7 @@ class Owning:
         self._service = Service(telescope)
         telescope.ownership.serve(self._service)
         self.leaves_tracking = False
+        self.tracks_alone = telescope.tracks_alone
 
     def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
         """Do it here; an interruption of what moves the telescope stops it."""
@@ -134,11 +137,7 @@ def backend(
     if telescope.close(keep_tracking=owning.leaves_tracking):
         print(f"clockdrive: {left}", file=sys.stderr)
     elif wanted:
-        print(
-            "clockdrive: the telescope was stopped, as its drive does not track by itself; `clockdrive run` in "
-            "another terminal goes on tracking",
-            file=sys.stderr,
-        )
+        print("clockdrive: the telescope was stopped", file=sys.stderr)
 
 
 @contextmanager

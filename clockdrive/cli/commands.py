@@ -16,7 +16,7 @@ from clockdrive.cli.drive_command import drive
 from clockdrive.cli.fit_command import fit, model
 from clockdrive.cli.pointing_run_command import pointing_run
 from clockdrive.cli.polar_align_command import polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, NO_OTHER_DRIVE
+from clockdrive.configuration_keys import DRIVE_KINDS
 from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
@@ -76,6 +76,8 @@ def goto(args: argparse.Namespace) -> None:
     with backend(args.config, f"goto {_target(args)}") as telescope, interruption_stops(telescope):
         if leave and not telescope.attached:
             _require_left(telescope.call("plan", target=_target(args), **wishes))
+        if leave and not telescope.tracks_alone:
+            print(f"clockdrive: {_STOPS}", file=sys.stderr, flush=True)
         with display.progress_bar(quiet=args.json) as show:
             answer = telescope.call("goto", show, target=_target(args), **wishes)
         if not args.json:
@@ -84,7 +86,13 @@ def goto(args: argparse.Namespace) -> None:
         if stay or not (leave or telescope.attached):
             _track(telescope, seconds, quiet=args.json)
         if args.json:
-            display.as_json(answer)
+            display.as_json(answer | {"goes_on_tracking": leave and telescope.tracks_alone})
+
+
+_STOPS = (
+    "this drive does not track by itself within limits of its own: the telescope is stopped on arrival; say `--for "
+    "TIME`, or have `clockdrive run` in another terminal go on with it"
+)
 
 
 def _require_left(plan: Mapping[str, Any]) -> None:
@@ -135,9 +143,15 @@ def simple(args: argparse.Namespace) -> None:
 
 
 def sync(args: argparse.Namespace) -> None:
-    """Synchronise on a target."""
+    """Synchronise on a target, or the rotator alone."""
+    angles = {"rotator_angle_deg": args.rotator_angle, "position_angle_deg": args.position_angle}
+    if bool(args.target) is any(angle is not None for angle in angles.values()):
+        raise InputError(
+            "sync: give a target for the axes, or `--rotator-angle DEG` or `--position-angle DEG` for the rotator; "
+            "one at a time"
+        )
     with backend(args.config, "sync", keep_tracking=True) as telescope:
-        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force)
+        answer = telescope.call("sync", target=_target(args), posture=args.posture, force=args.force, **angles)
     _show(args, answer, lambda found: f"synchronised {found['noted']}")
 
 
@@ -256,13 +270,10 @@ def init(args: argparse.Namespace) -> None:
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
     if args.kind not in {None, _READABLE} and args.unit is not None:
-        why = "it has no registers to read them from" if args.kind in DRIVEN else NO_OTHER_DRIVE
         raise InputError(
-            f"init {args.kind} --from {args.unit}: {why}; `clockdrive init {args.kind}` writes the keys of the "
-            f"{args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
+            f"init {args.kind} --from {args.unit}: it keeps none of them; `clockdrive init {args.kind}` writes the "
+            f"keys of the {args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
         )
-    if args.kind is not None and args.kind not in DRIVEN:
-        print(f"clockdrive: {NO_OTHER_DRIVE}; `config check` will say the same of this file", file=sys.stderr)
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")
     if args.unit is not None:

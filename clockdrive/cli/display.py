@@ -179,9 +179,11 @@ def _overwriting(text: Callable[[Mapping[str, Any]], str]) -> OnEvent:
 
 def plan_text(answer: Mapping[str, Any]) -> str:
     """A plan as a few lines."""
-    place = answer["observed"]
+    place, axes = answer["observed"], answer.get("axes_arrival_utc", answer["arrival_utc"])
+    before = "" if axes == answer["arrival_utc"] else f"; the rotator is the last, both axes arrive at {axes}"
     lines = [
-        f"{answer['target']}: start {answer['start_utc']}, arrival {answer['arrival_utc']}, {answer['eta_s']:.3f} s",
+        f"{answer['target']}: start {answer['start_utc']}, arrival {answer['arrival_utc']}, {answer['eta_s']:.3f} s"
+        + before,
         (
             f"  azimuth {place['azimuth_deg']:.4f}°  altitude {place['altitude_deg']:.4f}°  "
             f"hour angle {place['hour_angle_deg']:.4f}°  declination {place['declination_deg']:.4f}°  "
@@ -226,12 +228,28 @@ def _rotator_lines(answer: Mapping[str, Any]) -> list[str]:
 
 def _rotator(turns: Mapping[str, Any]) -> str:
     """The rotator as a line: where it is or goes, and what it holds."""
-    held = "holds nothing" if turns["mode"] is None else f"holds {turns['held_deg']:g}° on the {turns['mode']}"
+    held = "holds nothing" if turns["mode"] is None else f"holds {_HELD[turns['mode']].format(turns['held_deg'])}"
     if turns.get("position_angle_deg") is not None:
         held += f", instrument at position angle {turns['position_angle_deg']:.4f}°"
     if "travel_s" in turns:
         return f"{_axis(turns)}; {held} from {turns['arrival_utc']}"
-    return f"{turns['name']}: {turns['angle_deg']:.5f}°  {turns['rate_deg_s']:+.7f}°/s; {held}"
+    where = f"{_position(turns)}  " if "uncertainty_counts" in turns else ""
+    turning = "  slewing" if turns.get("slewing") else ""
+    return f"{turns['name']}: {turns['angle_deg']:.5f}°  {where}{turns['rate_deg_s']:+.7f}°/s{turning}; {held}"
+
+
+_HELD = {
+    "sky": "position angle {:g}° on the sky",
+    "horizon": "{:g}° from the zenith",
+    "mount": "{:g}° on the mount",
+}
+
+
+def _position(axis: Mapping[str, Any]) -> str:
+    """What the drive says of an axis, in its own units, and how far that may be off."""
+    if axis["units"] == "degrees":
+        return f"drive {axis['counts']:.6f}° ± {axis['uncertainty_counts']:.6f}°"
+    return f"{axis['counts']:.2f} ± {axis['uncertainty_counts']:.1f} counts"
 
 
 def _moves(axis: Mapping[str, Any]) -> str:
@@ -372,8 +390,8 @@ def status_text(status: Mapping[str, Any]) -> str:
             f"  ICRS {icrs['ra_deg']:.5f}° {icrs['dec_deg']:+.5f}°  posture {status['posture']}",
             f"  synchronised: {synchronised}",
             *(
-                f"  {axis['name']}: {axis['angle_deg']:.5f}°  {axis['counts']:.2f} ± {axis['uncertainty_counts']:.1f}"
-                f" counts  {axis['rate_deg_s']:+.6f}°/s{'  slewing' if axis['slewing'] else ''}"
+                f"  {axis['name']}: {axis['angle_deg']:.5f}°  {_position(axis)}  {axis['rate_deg_s']:+.6f}°/s"
+                f"{'  slewing' if axis['slewing'] else ''}"
                 for axis in status["axes"]
             ),
             *(f"  {line}" for line in _rotator_lines(status)),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from clockdrive.axis_names import WORDS as AXIS_WORDS
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
 from clockdrive.errors import InputError
@@ -35,9 +36,12 @@ def add_drive(add: Adder) -> None:
     push = action("push", "write the configuration into the unit: the keys named, or all that differ; not saved")
     push.add_argument("keys", nargs="*", metavar="KEY", help="as in `drive diff`, axis1.park_deg")
     raw = action("raw", "give an axis controller a command of its manual; apo and sdss")
-    raw.add_argument("axis", metavar="AXIS", help="azimuth, altitude or rotator")
+    raw.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
     raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
     raw.add_argument("--yes", action="store_true", help="confirm what is risky")
+    action(
+        "set-time", "have the axis controllers set their clocks, and see how far off they are then; sdss"
+    ).add_argument("--yes", action="store_true", help="confirm it")
     pec = action("pec", "make the PEC table of a stepper box from a file of bins and arcseconds; no drive is asked")
     pec.add_argument("file", metavar="FILE", help="a bin and by how much the telescope was ahead there, a line")
     pec.add_argument("--harmonics", type=int, default=4, metavar="N", help="of the worm, to be fitted")
@@ -130,6 +134,7 @@ _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
     "set": lambda telescope, args: telescope.call(
         "drive_set", register=args.name, value=args.value, force=args.force
     ),
+    "set-time": lambda telescope, args: telescope.call("drive_set_time", confirmed=args.yes),
     "show": lambda telescope, args: telescope.call("drive_show", registers=list(args.names)),
     "speed": _speed,
 }
@@ -207,7 +212,7 @@ def _speed_text(found: Mapping[str, Any]) -> str:
 def _raw_text(found: Mapping[str, Any]) -> str:
     rows = found["fiducials"]
     if not rows:
-        return "\n".join(found["lines"]) or f"{found['command']}: OK"
+        return "\n".join((*(found["lines"] or [f"{found['command']}: OK"]), *filter(None, [found["note"]])))
     head = f"{'time':24} {'position':>12} {'velocity':>11} {'error':>10} {'edge':8} {'correction':>11}"
     return "\n".join((head, *(_passage_text(row) for row in rows)))
 

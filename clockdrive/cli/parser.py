@@ -4,12 +4,13 @@ import argparse
 from collections.abc import Callable
 from importlib import metadata
 
+from clockdrive.axis_names import WORDS as AXIS_WORDS
 from clockdrive.cli.commission_command import add_commission
 from clockdrive.cli.drive_command import add_drive
 from clockdrive.cli.fit_command import add_fit
 from clockdrive.cli.pointing_run_command import add_pointing_run
 from clockdrive.cli.polar_align_command import add_polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, DRIVEN, ROTATOR_MODES
+from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _TARGET = (
@@ -38,7 +39,7 @@ def parser() -> argparse.ArgumentParser:
 
     _asking(add_with_target)
     _moving(add, add_with_target)
-    _correcting(add, add_with_target)
+    _correcting(add)
     _guiding(add)
     add_fit(add)
     add_pointing_run(add)
@@ -108,7 +109,7 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
         _add_rate(command)
         _add_rotator(command)
     jog = add("jog", "move one axis at a speed for a time")
-    jog.add_argument("axis", type=int, choices=(1, 2))
+    jog.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")
     jog.add_argument("--for", dest="duration", metavar="TIME", required=True, help="for how long")
     add("flip", "take up the tracked target in the other posture, by a safe way")
@@ -118,8 +119,18 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
     add("stop", "stop everything at once, tracking included")
 
 
-def _correcting(add: Adder, add_with_target: Adder) -> None:
-    sync = add_with_target("sync", "declare that the telescope points at a target now")
+def _correcting(add: Adder) -> None:
+    sync = add("sync", "declare that the telescope points at a target now; or where the rotator stands")
+    sync.add_argument("target", nargs="*", metavar="TARGET", help=_TARGET)
+    sync.add_argument(
+        "--rotator-angle", type=float, metavar="DEG", help="in place of a target: the rotator's own angle now"
+    )
+    sync.add_argument(
+        "--position-angle",
+        type=float,
+        metavar="DEG",
+        help="likewise: where the instrument's y axis lies on the sky now, as a solved image tells",
+    )
     sync.add_argument("--posture", choices=("normal", "beyond"), help="when it cannot be known from the position")
     sync.add_argument("--force", action="store_true", help="accept a correction beyond 5°")
     offset = add("offset", "displace the target: `offset EAST NORTH` in arcseconds, `offset clear NAME`, or show")
@@ -145,7 +156,7 @@ def _serving(add: Adder) -> None:
     add_drive(add)
     add_commission(add)
     simulate = add("simulate", "host a drive simulator")
-    simulate.add_argument("kind", choices=DRIVEN)
+    simulate.add_argument("kind", choices=DRIVE_KINDS)
     simulate.add_argument(
         "--listen",
         default="tcp://127.0.0.1:10001",

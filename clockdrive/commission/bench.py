@@ -279,7 +279,7 @@ class CommissioningBench:
     def _require_landed(self, plan: Plan, reading: Reading) -> None:
         for axis, setup, read in zip(plan.axes, self.session.planner.axes, reading.axes, strict=False):
             off = abs(read.counts - axis.target_counts)
-            if off > setup.landed + read.uncertainty_counts:
+            if off > setup.landed + read.uncertainty_counts + self.session.drive.capabilities.rests_within:
                 far = f"{off:.5f}°" if setup.units == "degrees" else f"{off:.0f} counts"
                 self.session.halt(f"{axis.name} ended {far} from where it was sent; check what blocks it")
 

@@ -39,6 +39,7 @@ class Stage:
 _OWN = {
     "tc410": "mounts.tc410.commissioning",
     "avr-box": "mounts.avr_box.commissioning",
+    "awr": "mounts.awr.commissioning",
     "apo": "mounts.apo.commissioning",
     "sdss": "mounts.apo.commissioning",
 }

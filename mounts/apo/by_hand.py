@@ -10,7 +10,6 @@ from mounts.apo.replies import Reply
 SETS_POSITION = frozenset({"SET.POSITION", "ZERO", "CORRECT"})
 MOVES = frozenset({"MOVE", "+MOVE", "DRIFT", "P", "+", "-"})
 _BEYOND = "it moves the axis by no plan: only the controller's own limits bound it, not horizon and Sun"
-BY_HAND = "{}: its position was changed by hand; `sync` on a target"
 
 
 @dataclass(frozen=True)
@@ -19,6 +18,7 @@ class Given:
 
     command: Command
     reply: Reply
+    moved_deg: float | None = None  # by which it set the position, where it did
 
     @property
     def fiducials(self) -> tuple[FiducialPassage, ...]:

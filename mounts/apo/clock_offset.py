@@ -11,14 +11,16 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 _PRINTED_S = 0.001  # to which times are printed, rounded or cut
 _KEPT_S = 60.0
-_MOST = 64  # answers
+_MOST = 256  # answers: a minute of a slew's looks
 _TELLING_S = 20.0  # over which answers tell how fast the offset changes
 _FEW, _CERTAIN = 5, 4.0  # answers, and standard deviations, below which a gain is none
 _CHANCE = 3.0  # standard deviations of the mean, within which it says nothing
 _ROUNDING_S = 1e-6  # of POSIX times in floats
+_RAMP_S = 1.2 * _PRINTED_S  # more than the rounding of one sweep through a millisecond looks like a gain
 _QUICK = 1.5  # times the quickest round trip
 _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
 
@@ -36,18 +38,16 @@ class ClockLine:
         return self.offset + self.gain * (time - self.time)
 
 
-@dataclass(frozen=True)
-class _Sight:
-    """Bounds of the offset, seconds, at a POSIX time."""
+class _Sight(NamedTuple):
+    """The middle of the bounds of the offset, and half their width, seconds, at a POSIX time."""
 
     time: float
-    low: float
-    high: float
+    middle: float
+    half: float
 
-    @property
-    def middle(self) -> float:
-        """Between the bounds."""
-        return (self.low + self.high) / 2.0
+    def may_be(self, offset: float, unsure: float = 0.0) -> bool:
+        """Whether an offset is within the bounds."""
+        return abs(offset - self.middle) <= self.half + unsure
 
 
 class ClockOffset:
@@ -75,9 +75,9 @@ class ClockOffset:
         sent, received : float
             POSIX seconds, by the host's clock, between which it was read.
         """
-        seen = _Sight(received, told - _PRINTED_S - received, told + _PRINTED_S - sent)
-        unsure = self.uncertainty_s + _STEP_S
-        stepped = self.known and not seen.low - unsure <= self.value <= seen.high + unsure
+        low, high = told - _PRINTED_S - received, told + _PRINTED_S - sent
+        seen = _Sight(received, (low + high) / 2.0, (high - low) / 2.0)
+        stepped = self.known and not seen.may_be(self.value, self.uncertainty_s + _STEP_S)
         if stepped:
             self.forget()
         self._sights.append(seen)
@@ -106,25 +106,26 @@ class ClockOffset:
         return self.line.at(time)
 
     def _estimate(self) -> None:
-        shortest = min(sight.high - sight.low for sight in self._sights)
-        quick = [sight for sight in self._sights if sight.high - sight.low <= _QUICK * shortest]
+        shortest = min([sight.half for sight in self._sights])
+        quick = [sight for sight in self._sights if sight.half <= _QUICK * shortest]
         last, count = self._sights[-1].time, len(quick)
-        time = sum(sight.time for sight in quick) / count - last
-        middle = sum(sight.middle for sight in quick) / count
-        spread = sum((sight.time - last - time) ** 2 for sight in quick)
-        gain = 0.0
-        if (span := last - quick[0].time) >= _TELLING_S and count > _FEW:
-            gain = sum((sight.time - last - time) * (sight.middle - middle) for sight in quick) / spread
-            left = sum((sight.middle - middle - gain * (sight.time - last - time)) ** 2 for sight in quick)
-            gain *= gain**2 > _CERTAIN**2 * left / (count - 2) / spread and abs(gain) * span > 2.0 * _PRINTED_S
-        self.value, self._gain = (0.0, 0.0) if self._right(quick) else (middle - gain * time, gain)
-        self.uncertainty_s = max(abs(edge - self.value) for sight in quick for edge in (sight.low, sight.high))
-
-    def _right(self, quick: Sequence[_Sight]) -> bool:
-        """Whether the clock may be right, for all that the quick answers say; no answer speaks against it."""
+        times = [sight.time - last for sight in quick]
         middles = [sight.middle for sight in quick]
-        mean = sum(middles) / len(middles)
-        spread = sqrt(sum((middle - mean) ** 2 for middle in middles)) / len(middles)
+        time, middle, gain = sum(times) / count, sum(middles) / count, 0.0
+        if -times[0] >= _TELLING_S and count > _FEW:
+            spread = sum([(when - time) ** 2 for when in times])
+            gain = sum([(when - time) * (each - middle) for when, each in zip(times, middles, strict=True)]) / spread
+            left = [each - middle - gain * (when - time) for when, each in zip(times, middles, strict=True)]
+            unsure = sum([each**2 for each in left]) / (count - 2) / spread
+            gain *= gain**2 > _CERTAIN**2 * unsure and abs(gain * times[0]) > _RAMP_S
+        self.value, self._gain = (0.0, 0.0) if self._right(middles, middle) else (middle - gain * time, gain)
+        self.uncertainty_s = max([abs(sight.middle - self.value) + sight.half for sight in quick])
+
+    def _right(self, middles: Sequence[float], mean: float) -> bool:
+        """Whether the clock may be right, for all that the quick answers say; no answer speaks against it."""
         rounded = max(map(abs, middles)) <= _PRINTED_S / 2.0 + _ROUNDING_S
-        by_chance = abs(mean) <= min(_CHANCE * spread, _PRINTED_S)
-        return (rounded or by_chance) and all(sight.low <= 0.0 <= sight.high for sight in self._sights)
+        if not rounded:
+            spread = sqrt(sum([(middle - mean) ** 2 for middle in middles])) / len(middles)
+            if abs(mean) > min(_CHANCE * spread, _PRINTED_S):
+                return False
+        return all(sight.may_be(0.0) for sight in self._sights)

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 from mounts.apo.axis import ControlledAxis
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.settings import AxisSettings
-from mounts.errors import DriveRefused, WrongProtocol
-from transports.errors import WrongAnswer
+from mounts.errors import WrongProtocol
+from transports.errors import NoAnswer, WrongAnswer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 _TOLD = 1e-4  # degrees or degrees per second, to which they are told
 
 
-def identified(axis: ControlledAxis) -> None:
-    """Ask ID, which nothing else answers so.
+def identified(axis: ControlledAxis) -> str:
+    """Ask ID, which nothing else answers so; return what it says.
 
     Raises
     ------
@@ -25,11 +25,26 @@ def identified(axis: ControlledAxis) -> None:
         Something else answers; nothing does. The text names the axis.
     """
     try:
-        axis.asked(axis.controller.identity)
-    except DriveRefused as error:
-        raise WrongProtocol(f"{error}; on a shared line check drive.axis_select") from error
+        return axis.asked(lambda: _identity(axis))
     except WrongAnswer as error:
-        raise WrongProtocol(f"{error}; no axis controller speaks on this line: check the link") from error
+        raise WrongProtocol(f"{error}; no axis controller speaks on this line: check link and drive.kind") from error
+    except NoAnswer as error:
+        what = "what does not know this command is silent, as a TC410 is: check link and drive.kind too"
+        raise NoAnswer(f"{error}; {what}") from error
+
+
+def _identity(axis: ControlledAxis) -> str:
+    try:
+        return axis.controller.identity().text
+    except CommandRefused as error:
+        said = f"{axis.name}: ID was answered with {error.reason[:60]!r}"
+        raise WrongProtocol(f"{said}; {_OTHERWISE[axis.word.kind]}") from error
+
+
+_OTHERWISE = {
+    "apo": "where the axes share this line drive.kind is sdss",
+    "sdss": "check drive.axis_select; where each axis has a line of its own drive.kind is apo",
+}
 
 
 @dataclass(frozen=True)
@@ -74,9 +89,8 @@ def settings_of(axis: ControlledAxis) -> list[Setting]:
     return found
 
 
-def settings_notes(axis: ControlledAxis) -> list[str]:
-    """Say what a controller holds otherwise than configured, and what it does not tell."""
-    found = settings_of(axis)
+def settings_notes(axis: ControlledAxis, found: "Sequence[Setting]") -> list[str]:
+    """Say what a controller that tells these settings holds otherwise than configured, and what it does not tell."""
     names = {each.name for each in found}
     untold = [
         f"{axis.name}: the controller does not tell its {what}; what is configured is kept by this host"

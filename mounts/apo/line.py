@@ -26,12 +26,12 @@ from mounts.apo.commands import normal
 from mounts.apo.errors import MalformedReply
 from mounts.apo.replies import Reply, ReplyDecoder
 from transports.errors import LinkError, NoAnswer, WrongAnswer
+from transports.kept_link import CHUNK, REOPEN_PAUSE_S, KeptLink
 from transports.link import Clock, Link
 from transports.memory import BITS_PER_BYTE
 
 QUIET_S = 0.1  # a line just opened must be silent this long
-REOPEN_PAUSE_S = 0.1  # between attempts to open: a terminal server may still hold the last connection
-CHUNK = 4096
+_REMEDY = "check cable and power, and whether another program holds the line"
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,11 @@ class Line:
         timeout_s: float = 0.5,
         deadline_s: float = 2.0,
     ) -> None:
-        self._open = open_link
         self._clock = clock
         self._byte_time = BITS_PER_BYTE / baud if baud else 0.0
         self._timeout = timeout_s
         self._deadline = max(deadline_s, timeout_s)
-        self._link: Link | None = None
-        self._name = "link not opened yet"
+        self._kept = KeptLink(open_link, clock, deadline_s=self._deadline, remedy=_REMEDY)
         self._decoder = ReplyDecoder()
         self._missing: set[str] = set()  # echoes of answers that may still come
         self._last_asked = float("-inf")
@@ -124,7 +122,7 @@ class Line:
     @property
     def name(self) -> str:
         """The address of the link last opened."""
-        return self._name
+        return self._kept.name
 
     def time_of(self, text: str, answer_bytes: int = 32) -> float:
         """Return the line time of a command, its echo and its answer, seconds."""
@@ -151,9 +149,7 @@ class Line:
 
     def close(self) -> None:
         """Close the link; the next request opens it again."""
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+        self._kept.close()
 
     def _ready(self, request: Request, latest: float) -> Link:
         """Return the link, in step and with the axis selected; nothing of `request` has been sent yet."""
@@ -170,22 +166,9 @@ class Line:
 
     def _link_in_step(self, request: Request, latest: float) -> Link:
         """Return the link, open and idle, on which no answer but its own can pass for that to `request`."""
-        if self._link is not None and not self._is_clear(self._link, latest):
-            self.close()
-        while self._link is None:
-            try:
-                self._link = self._open()
-                self._name = self._link.name
-                self._settle(self._link, request, latest)
-            except LinkError as error:
-                self.close()
-                if self._clock.now() + REOPEN_PAUSE_S > latest:
-                    raise LinkError(
-                        f"{error}; tried for {self._deadline:g} s: check cable and power, and whether another "
-                        "program holds the line"
-                    ) from error
-                self._clock.sleep(REOPEN_PAUSE_S)
-        return self._link
+        return self._kept.in_step(
+            lambda link: self._is_clear(link, latest), lambda link: self._settle(link, request, latest), latest
+        )
 
     def _is_clear(self, link: Link, latest: float) -> bool:
         """Whether nothing but line ends was left on the line."""
@@ -215,10 +198,8 @@ class Line:
 
     def _drain(self, link: Link, quiet_s: float, latest: float) -> Iterator[Reply]:
         """Read until nothing came for `quiet_s`; yield the replies that came."""
-        while data := link.read(CHUNK, quiet_s):
+        for data in self._kept.drained(link, quiet_s, latest):
             yield from self._decoder.feed(data)
-            if self._clock.now() > latest:
-                raise LinkError(f"{link.name}: the line does not fall silent; check cable, baud rate and earth")
 
     def _converse(self, link: Link, text: str, answer_bytes: int = 128) -> Answer:
         """Send a line and wait for its answer; anything but an answer leaves the line in doubt."""
@@ -262,5 +243,6 @@ class Line:
                 "baud rate, and that no other program uses the line"
             )
         raise NoAnswer(
-            f"{link.name}: no answer within {self._timeout:g} s to {text!r}; check power, cable and baud rate"
+            f"{link.name}: no answer within {self._timeout:g} s to {text!r}; check power, cable and baud rate, and "
+            "drive.timeout_s of a slow link"
         )

@@ -29,31 +29,38 @@ class NodeQueue:
     def __init__(self) -> None:
         self._line: PathNode | None = None  # on which the axis drifts until the first node
         self._nodes: list[PathNode] = []
+        self._times: list[float] = []  # of them
         self._forgotten = False  # whether there were nodes before the first
 
     def begin(self, line: PathNode) -> None:
         """Begin anew: the axis goes on along a line until the first node."""
-        self._line, self._nodes, self._forgotten = line, [], False
+        self._line, self._nodes, self._times, self._forgotten = line, [], [], False
 
     def clear(self) -> None:
         """Nothing is left: the axis was halted."""
-        self._line, self._nodes, self._forgotten = None, [], False
+        self._line, self._nodes, self._times, self._forgotten = None, [], [], False
 
     def append(self, node: PathNode) -> None:
         """Add a node that the controller has taken."""
         self._nodes.append(node)
+        self._times.append(node.time)
 
     def forget_before(self, time: float) -> None:
         """Forget nodes long passed, but the one from which the path goes on."""
         first = bisect_right(self._times, time - self._KEPT_S) - 1
         if first > 0:
-            del self._nodes[:first]
+            del self._nodes[:first], self._times[:first]
             self._forgotten = True
 
     def shift(self, degrees: float) -> None:
         """Move the whole path, as `+MOVE` does."""
         self._nodes = [replace(node, position=node.position + degrees) for node in self._nodes]
         self._line = self._line and replace(self._line, position=self._line.position + degrees)
+
+    def retime(self, seconds: float) -> None:
+        """Let the whole path come so much later: the controller's clock is another than it was taken to be."""
+        self._nodes = [replace(node, time=node.time + seconds) for node in self._nodes]
+        self._times = [node.time for node in self._nodes]
 
     @property
     def last(self) -> PathNode | None:
@@ -78,6 +85,11 @@ class NodeQueue:
         """The nodes still to be passed at `time`."""
         return tuple(self._nodes[bisect_right(self._times, time) :])
 
+    def drifted_s(self, time: float) -> float:
+        """For how long it has been on the line of a DRIFT by then, seconds; 0 where nodes say where it is."""
+        known = self._line is not None and not self._forgotten and bisect_right(self._times, time) == 0
+        return max(0.0, time - self._line.time) if known and self._line else 0.0
+
     def at(self, time: float) -> tuple[float, float] | None:
         """Position and velocity that the path has at a time; None where it says nothing."""
         place = bisect_right(self._times, time)
@@ -88,10 +100,6 @@ class NodeQueue:
             last = self._nodes[-1]
             return (last.position, last.velocity) if time == last.time else None
         return between(self._nodes[place - 1], self._nodes[place], time)
-
-    @property
-    def _times(self) -> list[float]:
-        return [node.time for node in self._nodes]
 
 
 def between(one: PathNode, two: PathNode, time: float) -> tuple[float, float]:

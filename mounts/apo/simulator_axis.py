@@ -4,7 +4,7 @@ What it does when it is told to is in `simulator_commands`. Times inside are cou
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from mounts.apo.commands import Kind
@@ -212,9 +212,15 @@ class SimulatedController:
             self.clock.is_set = False
 
     def fail(self, name: str) -> None:
-        """Let a condition hold, by the name of its status bit; some of them halt the axis."""
-        self.conditions.add(name)
+        """Let a condition hold, by the name of its status bit; some of them halt the axis.
+
+        Raises
+        ------
+        KeyError
+            A controller of this kind has no such bit.
+        """
         self.sticky |= mask_of(name, self.kind) & sticky_mask(self.kind)
+        self.conditions.add(name)
         if name == "stop_button" or name in HALTING:
             self.servo.brake(abruptly=name == "stop_button")
             self.needs_init = True
@@ -267,8 +273,10 @@ class SimulatedController:
     def state(self) -> dict[str, Any]:
         """Return the state as JSON-able values; settings and hardware are not in it."""
         return {
-            "clock": asdict(self.clock),
-            "record": asdict(self.record),
+            "clock": dict(vars(self.clock)),
+            "record": {
+                name: list(told) if isinstance(told, list) else told for name, told in vars(self.record).items()
+            },
             "fiducials": self.fiducials.state(),
             "servo": self.servo.state(),
             "slip": self.slip,

@@ -6,7 +6,7 @@ at its begin and the jerk j = (6/dt²)(v₀ + v₁ − 2v̄).
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import inf, sqrt
 from typing import Any, Literal
 
@@ -145,5 +145,5 @@ def piece_of_state(values: Iterable[Any]) -> Piece:
 
 
 def _bounded(piece: Piece) -> list[Any]:
-    start, end, *rest = astuple(piece)
+    start, end, *rest = vars(piece).values()
     return [start, None if end == inf else end, *rest]

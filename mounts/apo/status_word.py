@@ -76,7 +76,15 @@ _BITS = {kind: {row.name: row.bit for row in rows} for kind, rows in TABLES.item
 
 
 def mask_of(name: str, kind: Kind) -> int:
-    """Return the mask of a bit by its name; KeyError where this kind has none such."""
+    """Return the mask of a bit by its name.
+
+    Raises
+    ------
+    KeyError
+        This kind has none such; says which there are.
+    """
+    if name not in _BITS[kind]:
+        raise KeyError(f"a controller of kind {kind} has no status bit {name!r}; there is {', '.join(_BITS[kind])}")
     return 1 << _BITS[kind][name]
 
 

@@ -1,6 +1,6 @@
 """What the status words of the axes mean for the telescope: alarms, limits, and what a person should know."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 from mounts.apo.axis import LIMITS, ControlledAxis, Sight
 
@@ -21,6 +21,23 @@ def warnings(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:
     return tuple(
         f"{axis.name} {_spoken(name)}" for axis in axes for name in axis.word.warnings if name not in _NO_TROUBLE
     )
+
+
+def notes(axes: Sequence[ControlledAxis], lost: Collection[int]) -> tuple[str, ...]:
+    """What a person should know of the axes: clocks that are off, warnings, rotators whose position is lost."""
+    clocks = (
+        f"{axis.name}: the controller's clock is {axis.offset.value:+.4f} s off; node times are corrected for it"
+        for axis in axes
+        if axis.offset.value and not axis.clock_trouble()
+    )
+    warned = (f"{text} since the last INIT" for text in warnings(axes))
+    unknown = (
+        f"{axes[i].name}: its position is not known, and the sky tells it by an image only: `sync --position-angle "
+        "DEG` of a solved image, or `sync --rotator-angle DEG` read on its scale"
+        for i in sorted(lost)
+        if i > 1
+    )
+    return (*clocks, *warned, *unknown)
 
 
 def limits(axes: Iterable[ControlledAxis]) -> tuple[str, ...]:

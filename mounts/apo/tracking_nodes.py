@@ -31,17 +31,22 @@ def interval_s(where: Where, when: float) -> float:
     """
     h = LONGEST_S
     for _ in range(_ROUNDS):
-        worst = max(_fourth(where, when, h), _fourth(where, when, h / 2.0)) * _SAFE
-        if worst * h**4 <= _MOST_DEG * _REMAINDER:
+        strays = strays_deg(where, when, h) * _SAFE
+        if strays <= _MOST_DEG:
             return h
-        h = max(SHORTEST_S, min(h * 0.7, (_MOST_DEG * _REMAINDER / worst) ** 0.25))
+        h = max(SHORTEST_S, h * min(0.7, (_MOST_DEG / strays) ** 0.25))
         if h == SHORTEST_S:
             break
     return h
 
 
-def _fourth(where: Where, when: float, span: float) -> float:
-    """Largest fourth derivative of the position about an interval, degrees per second⁴."""
-    third = span / 3.0
-    v0, v1, v2, v3 = (where(when + k * third)[1] for k in range(4))
-    return abs(v3 - 3.0 * v2 + 3.0 * v1 - v0) / third**3
+def strays_deg(where: Where, when: float, span: float) -> float:
+    """By how many degrees a cubic errs at most between nodes at `when` and `span` seconds later."""
+    return max(_fourth(where, when, span, 2), _fourth(where, when, span, 1)) * span**4 / _REMAINDER
+
+
+def _fourth(where: Where, when: float, span: float, sixths: int) -> float:
+    """Largest fourth derivative of the position from `when` on, degrees per second⁴, by steps of so many sixths."""
+    sixth = span / 6.0
+    v0, v1, v2, v3 = (where(when + k * sixths * sixth)[1] for k in range(4))
+    return abs(v3 - 3.0 * v2 + 3.0 * v1 - v0) / (sixths * sixth) ** 3

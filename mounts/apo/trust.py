@@ -10,6 +10,7 @@ from mounts.apo.axis import Sight
 from mounts.apo.settings import ApoSettings
 
 _STOOD_DEG, _STOOD_DEG_S = 1e-3, 1e-4  # within which an axis stands where it stood
+_REACH = 1.1  # times its top speed, by which an axis can have been moved while nobody looked
 REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
 
 
@@ -71,6 +72,19 @@ class Trust:
                 "seen; `sync` on a target",
             )
 
+    def found(self, axis: int, sight: Sight) -> None:
+        """Judge the position of an axis that was not looked at since it was driven last: whether it can be there."""
+        if self._position is None or axis in self.lost_axes:
+            return
+        settings, away = self._settings.axes[axis], max(sight.time - self._time, 0.0)
+        moved = abs(sight.position - self._position[axis])
+        if moved > _STOOD_DEG + settings.max_speed_deg_s * _REACH * away:
+            self.lose_axis(
+                axis,
+                f"{settings.name}: its controller says {sight.position:.4f}°, {moved:.4f}° from where it was "
+                f"seen last {away:.0f} s ago, farther than it can have come; `sync` on a target",
+            )
+
     def lose_axis(self, axis: int, why: str) -> None:
         """The position of one axis may be wrong."""
         self.lost_axes.add(axis)
@@ -79,6 +93,19 @@ class Trust:
     def lose(self, why: str) -> None:
         """The position may be wrong."""
         self.unsynchronised = why
+
+    def set_by_hand(self, axis: int) -> None:
+        """A person has set the position of an axis: it may be wrong, but a rotator's is what they say."""
+        if axis > 1:
+            self.declared(axis)
+        else:
+            self.lose(f"{self._settings.axes[axis].name}: its position was changed by hand; `sync` on a target")
+
+    def declared(self, axis: int) -> None:
+        """The position of one axis is right from now on; so are all, where it alone was in doubt."""
+        self.lost_axes.discard(axis)
+        if not self.lost_axes and self.unsynchronised.startswith(f"{self._settings.axes[axis].name}: "):
+            self.unsynchronised = ""
 
     def synchronised(self, axes: int) -> None:
         """The position of the first so many axes is right from now on; the sky tells nothing of a rotator."""

@@ -5,7 +5,7 @@ the law out by stepping, and jumps only where the velocity stays the same, so th
 `slew`. The present tick is always computed to its end; a reading within it goes back by the 50 µs steps to come.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 STEPS = 40  # of 50 µs in a tick
 FRACTION_BITS = 24
@@ -38,7 +38,7 @@ class SimulatedAxis:
 
     def state(self) -> dict[str, int]:
         """Everything, for a snapshot."""
-        return asdict(self)
+        return dict(vars(self))
 
     def at_step(self, step: int) -> int:
         """Counted position `step` 50 µs steps into the present tick."""

@@ -9,7 +9,7 @@ moved only as far as into the interval, so that what agrees with it is not blurr
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from statistics import median
 
 from mounts.tc410.interval import Interval
@@ -62,7 +62,7 @@ class Learnt:
 
     def as_json(self) -> dict[str, object]:
         """Return plain values for the state store."""
-        return asdict(self)
+        return {**vars(self), "axes": [dict(vars(axis)) for axis in self.axes]}
 
     @classmethod
     def from_json(cls, stored: object) -> "Learnt":

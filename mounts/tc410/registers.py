@@ -172,7 +172,7 @@ class Register:
 
     def asserted(self, word: int) -> tuple[str, ...]:
         """Names of the flags that `word` asserts, lowest bit first."""
-        return tuple(flag.name for flag in self.flags if bool(word >> flag.bit & 1) != flag.active_low)
+        return tuple([flag.name for flag in self.flags if bool(word >> flag.bit & 1) != flag.active_low])
 
     def mask(self, *names: str) -> int:
         """Word in which exactly the named flags' bits are 1.

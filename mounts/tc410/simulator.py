@@ -6,8 +6,9 @@ tick on, a position is as of the end of the request.
 """
 
 import random
+import struct
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 from mounts.errors import DriveError
@@ -21,6 +22,7 @@ from transports.modbus_slave import IllegalAddress, IllegalValue, ModbusSlave
 
 TICK_S = 0.002
 _STEP_TOLERANCE = 1e-2  # of a 50 µs step: POSIX seconds resolve 0.24 µs
+_RANDOM = "<625I"  # the words of the generator's state
 _CONTROL = by_name("velocity_control")
 _SLEW = _CONTROL.mask("slew_to_target")
 
@@ -254,7 +256,8 @@ class SimulatedTC410:
     def read_input_registers(self, address: int, count: int) -> list[int]:
         """Return measurements and flags."""
         rows = _rows("input", address, count)
-        words = {register.address: measure(self, register) for register in dict.fromkeys(rows)}
+        now = states(self) if any(register.flags for register in rows) else {}
+        words = {register.address: measure(self, register, now) for register in dict.fromkeys(rows)}
         return [words[register.address][address + i - register.address] for i, register in enumerate(rows)]
 
     def read_holding_registers(self, address: int, count: int) -> list[int]:
@@ -309,8 +312,8 @@ class SimulatedTC410:
             "fans": list(self.fans),
             "memory": self.memory.state(),
             "axes": [axis.state() for axis in self.axes],
-            "surroundings": asdict(self.surroundings),
-            "random": [version, list(internal), gauss],
+            "surroundings": dict(vars(self.surroundings)),
+            "random": [version, struct.pack(_RANDOM, *internal).hex(), gauss],
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
@@ -324,7 +327,7 @@ class SimulatedTC410:
         before = self.snapshot()
         try:
             self._restore(snapshot)
-        except (LookupError, TypeError, ValueError, AttributeError) as error:
+        except (LookupError, TypeError, ValueError, AttributeError, struct.error) as error:
             self._restore(before)
             raise DriveError(
                 f"the stored state of the simulated TC410 cannot be read ({error!r}); delete it to start at park",
@@ -342,7 +345,7 @@ class SimulatedTC410:
         }
         self.surroundings = Surroundings(**around)
         version, internal, gauss = snapshot["random"]
-        self.random.setstate((version, tuple(internal), gauss))
+        self.random.setstate((version, struct.unpack(_RANDOM, bytes.fromhex(internal)), gauss))
         self._apply()
 
 

@@ -66,7 +66,8 @@ class Memory:
 
     def words(self, register: Register) -> tuple[int, ...]:
         """All words of a register."""
-        return tuple(self._words[register.address + word] for word in range(register.words))
+        first = register.address
+        return tuple([self._words[address] for address in range(first, first + register.words)])
 
     def value(self, name: str) -> float:
         """The value of a register that is not a position."""

@@ -1,5 +1,6 @@
 """What the simulated TC410 senses: its discrete inputs and input registers, by name."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from mounts.tc410.axis import FRACTION_BITS
@@ -56,10 +57,9 @@ def _axis_states(unit: "SimulatedTC410", number: int) -> dict[str, bool]:
     return {f"axis{number}_{name}": state for name, state in found.items()}
 
 
-def measure(unit: "SimulatedTC410", register: Register) -> tuple[int, ...]:
-    """Words of an input register now."""
+def measure(unit: "SimulatedTC410", register: Register, now: Mapping[str, bool]) -> tuple[int, ...]:
+    """Words of an input register, with the unit's `states` now."""
     if register.flags:
-        now = states(unit)
         return (sum(1 << flag.bit for flag in register.flags if now[flag.name] != flag.active_low),)
     if register.axis:
         return _measure_axis(unit, register)

@@ -51,12 +51,18 @@ class Sources:
         """The source of highest priority that is allowed and not idle, by its movement flag; empty for none."""
         control = by_name("velocity_control")
         allowed = control.asserted(self.memory.raw("velocity_control"))
-        idle = {
-            "joystick": not any(self._joystick()),
-            "analogue_autoguider": not any(self._autoguider()),
-            "digital_autoguider": not self.around.directions,
-        }
-        return next((source for source in PRIORITY if source in allowed and not idle.get(source, False)), "")
+        return next((source for source in PRIORITY if source in allowed and not self._idle(source)), "")
+
+    def _idle(self, source: str) -> bool:
+        match source:
+            case "joystick":
+                return not any(self._joystick())
+            case "analogue_autoguider":
+                return not any(self._autoguider())
+            case "digital_autoguider":
+                return not self.around.directions
+            case _:
+                return False
 
     def velocities(self) -> tuple[int, int]:
         """Velocities that the active source asks of both axes."""
@@ -79,15 +85,17 @@ class Sources:
         return self.settings.guide_velocity * ((positive in directions) - (negative in directions))
 
     def _joystick(self) -> tuple[int, int]:
-        return self._analogue(self.around.joystick, "joystick_mode", self.memory.velocities("joystick_centre"))
+        adc = self.around.joystick
+        return (
+            (0, 0) if adc is None else self._analogue(adc, "joystick_mode", self.memory.velocities("joystick_centre"))
+        )
 
     def _autoguider(self) -> tuple[int, int]:
-        return self._analogue(self.around.autoguider, "autoguider_mode", (0, 0))
+        adc = self.around.autoguider
+        return (0, 0) if adc is None else self._analogue(adc, "autoguider_mode", (0, 0))
 
-    def _analogue(self, adc: tuple[int, int] | None, mode: str, centres: tuple[int, int]) -> tuple[int, int]:
+    def _analogue(self, adc: tuple[int, int], mode: str, centres: tuple[int, int]) -> tuple[int, int]:
         """Velocities of an analogue input; a centre of 0 was found by the drive, at 128."""
-        if adc is None:
-            return 0, 0
         law = self.memory.raw(mode)
         return self._speed(adc[0] - (centres[0] or 128), law), self._speed(adc[1] - (centres[1] or 128), law)
 

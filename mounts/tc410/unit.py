@@ -8,7 +8,8 @@ gone by before the unit had the request, so the moment is known as an interval.
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from statistics import mean, median
+from math import fsum
+from statistics import median
 
 from mounts.tc410.registers import Kind, PositionFormat, Register, RegisterError, at, by_name
 from transports.modbus_ascii import Answer, ModbusAscii
@@ -75,7 +76,8 @@ class Unit:
             return 0.0
         middle = median(self._pauses)  # negative where the line is faster than its baud, as a pseudo-terminal is
         usual = middle + (_USUAL - 1.0) * abs(middle)
-        return mean(pause for pause in self._pauses if pause <= usual)
+        counted = [pause for pause in self._pauses if pause <= usual]
+        return fsum(counted) / len(counted)
 
     def read(self, first: str, last: str | None = None) -> Values:
         """Read the registers from `first` to `last`, neighbours in the table, in one request.

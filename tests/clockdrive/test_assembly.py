@@ -10,17 +10,19 @@ from clockdrive.drives import kind_of
 from clockdrive.errors import ConfigurationError
 from pointing.mount import MountType
 
-NOT_YET = {
-    "drive.kind": "awr",
-    "drive.link": "COM3",
-    "drive.sidereal_steps_per_s": 50.0,
-    "axis2.steps_per_degree": 4000.0,
-}
+AWR = {"drive.kind": "awr", "drive.link": "COM3"}
 
 
-def test_what_is_not_there_is_refused():
-    with pytest.raises(ConfigurationError, match="this version drives the tc410, "):
-        assembly.planner(load(None, {}, NOT_YET))
+@pytest.mark.parametrize(
+    ("given", "missing"),
+    [
+        ({"axis2.steps_per_degree": 4000.0}, "sidereal_steps_per_s is missing.*printed on the calibration sheet"),
+        ({"drive.sidereal_steps_per_s": 50.0}, "axis2.steps_per_degree is missing.*the calibration sheet"),
+    ],
+)
+def test_what_only_the_factory_knows_is_asked_for_with_where_it_stands(given, missing):
+    with pytest.raises(ConfigurationError, match=missing):
+        load(None, {}, AWR | given)
 
 
 @pytest.mark.parametrize("kind", ["equatorial-fork", "german", "altaz-fork"])

@@ -292,6 +292,16 @@ def test_a_template_loads_unchanged_and_with_every_default_switched_on(tmp_path,
     assert "default" not in {o for k, o in switched_on.origins.items() if k.rsplit(".", 1)[1] not in optional}
 
 
+@pytest.mark.parametrize(
+    ("drive", "name", "latitude"), [("apo", "Apache Point", 32.78), ("tc410", "Kaikoura", -42.4)]
+)
+def test_a_template_stands_where_such_drives_do_and_says_whose_place_it_is(tmp_path, drive, name, latitude):
+    text = commented_template(drive)
+    site = read(tmp_path, text).site
+    assert f"These are {name}'s values: put in your own." in text
+    assert (site.name, site.latitude_deg) == (name, pytest.approx(latitude, abs=0.01))
+
+
 def test_a_template_carries_what_a_unit_said(tmp_path):
     text = commented_template("tc410", "german", {"axis1.main_gear": "1/360", "site.name": 'a "name" \\ here'})
     configuration = read(tmp_path, text)

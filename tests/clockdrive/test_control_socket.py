@@ -11,7 +11,8 @@ from waiting import seconds_until
 
 from clockdrive.control_socket import MAX_CLIENTS, MAX_REQUEST_BYTES, ControlClient, ControlServer
 from clockdrive.errors import ClockdriveError, OwnerGone, Refused
-from mounts.errors import Unsynchronised
+from mounts.errors import DriveError, Unsynchronised
+from mounts.tc410.registers import RegisterError
 from pointing.errors import TargetError, Unreachable
 
 KEY = b"k" * 32
@@ -50,6 +51,7 @@ class Telescope:
             "target": TargetError("no such name"),
             "unreachable": Unreachable("the Sun is near", 1.9e9),
             "unsynchronised": Unsynchronised("power-cycle"),
+            "kind": RegisterError("no register of this name"),
             "bug": ZeroDivisionError("division by zero"),
         }[args["how"]]
 
@@ -100,7 +102,7 @@ def test_a_call_takes_milliseconds(client):
     assert each < 0.03
 
 
-def test_errors_arrive_as_they_were_raised(client):
+def test_errors_arrive_as_they_were_raised(client, caplog):
     with pytest.raises(Refused, match="horizon") as refused:
         client.call("refuse", {"how": "refused"})
     assert (refused.value.reason, refused.value.reachable_utc) == ("the horizon is 15.0°", 1.8e9)
@@ -111,6 +113,9 @@ def test_errors_arrive_as_they_were_raised(client):
         client.call("refuse", {"how": "target"})
     with pytest.raises(Unsynchronised, match="power-cycle"):
         client.call("refuse", {"how": "unsynchronised"})
+    with pytest.raises(DriveError, match=r"^no register of this name$"):  # of which it is a kind
+        client.call("refuse", {"how": "kind"})
+    assert not caplog.records
     with pytest.raises(ClockdriveError, match="failed: ZeroDivisionError"):
         client.call("refuse", {"how": "bug"})
     with pytest.raises(ClockdriveError, match="failed: TypeError"):

@@ -580,7 +580,8 @@ def test_what_is_not_possible_is_refused_before_anything_moves(scope):
     refused = [
         (lambda: scope.goto("altaz:0,5"), Unreachable, "10.00° below the horizon limit"),
         (lambda: scope.goto("altaz:0,-5"), Unreachable, "20.00° below the horizon limit"),
-        (lambda: scope.jog(3, 0.1, 1.0), Refused, "use 1 or 2"),
+        (lambda: scope.jog(3, 0.1, 1.0), Refused, "has no rotator"),
+        (lambda: scope.jog("azimoth", 0.1, 1.0), Refused, "use 1, axis1 or azimuth"),
         (lambda: scope.jog(1, math.nan, 1.0), Refused, "a jog at nan: give a finite"),
         (lambda: scope.jog(1, math.inf, 1.0), Refused, "a jog at inf: give a finite"),
         (lambda: scope.jog(1, 99.0, 1.0), Refused, r"99°/s.*4\.\d+°/s"),

@@ -265,7 +265,7 @@ def test_near_a_limit_it_is_held_at_once(tmp_path):
 
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
     with opened(tmp_path) as scope:
-        assert scope.drive.set("pec_zero", "77").json["registers"]["pec_zero"]["text"] == "77"
+        assert scope.drive.set("pec_zero", "76").json["registers"]["pec_zero"]["text"] == "76"
         shown = scope.drive.show().json["registers"]
         assert {"pec_bin", "pec_zero", "encoder_1", "encoder_2", "crystal"} <= set(shown)
         with pytest.raises(DriveError, match="0 to 518"):

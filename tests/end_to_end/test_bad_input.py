@@ -95,7 +95,7 @@ REFUSED = [  # words, exit code, what the sentence says
 ]  # fmt: skip
 USAGE = ["", "gotoo M1", "goto", "jog 3 1 --for 1s", "jog 1 fast --for 1s", "jog 1 1",
          "drive power", "drive power off", "drive shove", "goto best --for 3s --exit",
-         "simulate awr", "init none", "status --frequently", "sync best --posture sideways"]  # fmt: skip
+         "simulate none", "init none", "status --frequently", "sync best --posture sideways"]  # fmt: skip
 
 
 @pytest.fixture
@@ -158,8 +158,8 @@ CONFIGURATIONS = {
     "a key that is none": ("[site]\nlatitud_deg = 1.0\n", ["site.latitud_deg", "latitude_deg"]),
     "a latitude beyond the pole": ("[site]\nlatitude_deg = 95.0\n", ["95", "−90 to 90"]),
     "no TOML": ("[site\n", ["not TOML"]),
-    "a drive that is not there yet": ('[drive]\nkind = "awr"\nlink = "COM3"\n[axis2]\nsteps_per_degree = 4000.0\n',
-                                      ["awr", "this version drives the tc410, "]),
+    "no factory calibration": ('[drive]\nkind = "awr"\nlink = "COM3"\n[axis2]\nsteps_per_degree = 4000.0\n',
+                               ["drive.sidereal_steps_per_s is missing", "printed on the calibration sheet"]),
     "a model that is not there": ('[mount]\npointing_model = "model.mod"\n', ["pointing_model", "model.mod"]),
     "limits the wrong way round": ("[axis1]\nmin_deg = 10.0\nmax_deg = -10.0\n", ["axis1"]),
     "a park outside the limits": ("[axis1]\npark_deg = 175.0\n",

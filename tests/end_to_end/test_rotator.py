@@ -6,8 +6,8 @@ from datetime import datetime
 
 import numpy as np
 import pytest
-from apo_bench import APACHE_POINT, ApoWitness, apo_telescope
-from rotator_bench import erfas, focal_plane, in_the_field, ring
+from apo_bench import ApoWitness, apo_telescope
+from rotator_bench import across_the_field
 from telescope_bench import star_at
 
 from clockdrive.errors import ArgumentError, Refused
@@ -17,30 +17,18 @@ SPAN_S = 3600.0 if os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full" else 240.0
 KINDS = ("apo", "sdss")
 
 
-def in_field(scope, star, angle):
-    """Where a star 1° off the target stands in the field of the true axes and the true rotator, arcseconds."""
-    time = scope.clock.now()
-    scope.simulator.advance(time)
-    one, two, turned = (math.radians(scope.simulator.true_position(i)) for i in (1, 2, 3))
-    planner = scope._session.planner
-    site, place = planner.sky.site, (APACHE_POINT["site.latitude_deg"], APACHE_POINT["site.longitude_deg"])
-    ra, dec = ring(star, 1.0, [angle])
-    seen = erfas(ra, dec, site.weather, time, (*place, APACHE_POINT["site.height_m"]))
-    return in_the_field(seen[0], focal_plane(planner, one, two, turned, {}))
-
-
 @pytest.mark.campaign
 @pytest.mark.timeout(600)  # an hour of tracking takes a minute of a free core
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_field_is_held_to_a_tenth_of_an_arcsecond_1_degree_off_axis(kind, tmp_path):
     with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:
-        witness, angle = ApoWitness(scope), math.radians(40.0)
+        witness = ApoWitness(scope)
         star = star_at(scope, 140.0, 60.0, scope.clock.now() + 60.0)
         arrival = scope.goto(star, position_angle_deg=40.0)
         assert arrival["rotator"]["held_deg"] == pytest.approx(40.0)
         across = []
         for _ in range(20):
-            across.append(in_field(scope, star, angle)[0])
+            across.append(across_the_field(scope, star, 40.0))
             scope.wait(SPAN_S / 20)
         print(f"{kind}: in {SPAN_S:g} s a star 1° off leaves its direction by {np.abs(across).max():.4f}″ at most")
         assert np.abs(across).max() < 0.1
@@ -73,6 +61,65 @@ def test_what_is_not_asked_for_is_as_configured_and_park_takes_the_rotator_along
         assert scope.status()["rotator"]["mode"] is None
 
 
+def seconds(answer, name):
+    return datetime.fromisoformat(answer[name]).timestamp()
+
+
+def test_the_rotator_belongs_to_the_arrival_that_is_announced_counted_down_and_met(tmp_path):
+    with apo_telescope("sdss", tmp_path, rotator__park_deg=120.0) as scope:
+        star = star_at(scope, 20.0, 50.0, scope.clock.now() + 60.0)
+        planned, shown = scope.plan(star, position_angle_deg=150.0), []
+        arrival = scope.goto(star, shown.append, position_angle_deg=150.0)
+        late = scope.clock.now() - seconds(arrival, "arrival_utc")
+        alone = seconds(arrival, "arrival_utc") - seconds(arrival, "axes_arrival_utc")
+        print(f"the rotator arrives {alone:.1f} s after the axes; done {late:+.3f} s from what was announced")
+        assert alone > 10.0
+        assert 0.0 <= late < 0.5
+        assert arrival["eta_s"] == pytest.approx(planned["eta_s"], abs=0.5)
+        assert arrival["rotator"]["arrival_utc"] == arrival["arrival_utc"]
+        assert shown[0].eta_s == pytest.approx(arrival["eta_s"], abs=1e-6)
+        assert shown[0].remaining_s == pytest.approx(arrival["eta_s"], abs=0.5)
+        (one, _), (two, _) = scope._session.planner.track(
+            star, seconds(arrival, "arrival_utc"), arrival["posture"], scope._session.planner.angles((20.0, 50.0))
+        )
+        assert [axis["angle_deg"] for axis in arrival["axes"]] == pytest.approx(
+            [math.degrees(one), math.degrees(two)], abs=1e-5
+        )
+        parked = scope.park()
+        assert seconds(parked, "arrival_utc") > seconds(parked, "axes_arrival_utc") + 1.0
+        assert abs(scope.clock.now() - seconds(parked, "arrival_utc")) < 0.5
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_position_angle_of_what_is_tracked_turns_the_rotator_alone(kind, tmp_path, monkeypatch):
+    with apo_telescope(kind, tmp_path, rotator__mode="sky") as scope:
+        witness = ApoWitness(scope)
+        star = star_at(scope, 200.0, 50.0, scope.clock.now() + 60.0)
+        scope.goto(star, position_angle_deg=10.0)
+        scope.wait(15.0)
+        drifted = []
+        for axis in scope._session.drive.axes:
+            monkeypatch.setattr(
+                axis, "drift", lambda axis=axis, drift=axis.drift: drifted.append(axis.name) or drift()
+            )
+        off, slewing = [], []
+
+        def look(_):
+            off.append(witness.off_arcsec(star))
+            slewing.append(scope._session.doing)
+
+        turned = scope.goto(star, look, position_angle_deg=70.0)
+        found = scope.status()
+        print(f"{kind}: while it turned, {len(off)} looks, {max(off):.4f}″ off at most; DRIFT to {drifted}")
+        assert set(drifted) == {"rotator"}
+        assert max(off) < 0.05
+        assert set(slewing) == {"slewing"}
+        assert turned["eta_s"] > 10.0
+        assert found["doing"] == "tracking"
+        assert not found["rotator"]["slewing"]
+        assert found["rotator"]["position_angle_deg"] == pytest.approx(70.0, abs=1e-4)
+
+
 def test_tracking_ends_at_the_rotators_limit_as_it_was_foretold_and_another_angle_can_be_held(tmp_path):
     with apo_telescope("apo", tmp_path, rotator__min_deg=-100.0, rotator__max_deg=150.0) as scope:
         star = star_at(scope, 165.0, 78.0, scope.clock.now() + 60.0)
@@ -91,7 +138,7 @@ def test_tracking_ends_at_the_rotators_limit_as_it_was_foretold_and_another_angl
         assert "rotator" in trouble
         assert "-100° to 150°" in trouble
         assert "`goto`" in trouble
-        with pytest.raises(Unreachable, match=r"rotator.* outside"):
+        with pytest.raises(Unreachable, match=r"rotator.* is at the end of its travel"):
             scope.goto(star, position_angle_deg=held)
         scope.goto(star, position_angle_deg=held + 90.0)
         assert scope.status()["doing"] == "tracking"
@@ -100,7 +147,7 @@ def test_tracking_ends_at_the_rotators_limit_as_it_was_foretold_and_another_angl
 def test_what_no_rotator_can_do_is_refused_before_anything_moves(tmp_path):
     with apo_telescope("sdss", tmp_path / "with", rotator__min_deg=-90.0, rotator__max_deg=90.0) as scope:
         star = star_at(scope, 200.0, 50.0, scope.clock.now() + 60.0)
-        with pytest.raises(Unreachable, match=r"150° on the mount, at 150\.000° is 60\.000° outside"):
+        with pytest.raises(Unreachable, match=r"150° on the mount, at 150\.000° is 60\.000° outside its travel"):
             scope.goto(star, rotator="mount", position_angle_deg=150.0)
         with pytest.raises(ArgumentError, match="use one of sky, horizon, mount"):
             scope.goto(star, rotator="star")

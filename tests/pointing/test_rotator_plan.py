@@ -105,7 +105,10 @@ def test_an_angle_outside_the_travel_is_refused_with_value_bound_and_remedy():
     with pytest.raises(Unreachable) as refused:
         planned(Hold("mount", math.radians(150.0)), low_deg=-90.0, high_deg=90.0)
     said = str(refused.value)
-    assert "rotator, to hold 150° on the mount, at 150.000° is 60.000° outside, allowed -90.00° to 90.00°" in said
+    assert (
+        "rotator, to hold 150° on the mount, at 150.000° is 60.000° outside its travel, allowed -90.00° to 90.00°"
+        in said
+    )
     assert "hold another angle" in said
     assert refused.value.checks[-1].name == "rotator soft limit"
 

@@ -1,6 +1,7 @@
 """The whole chain against ERFA, its exact inverse, its derivative, and its speed."""
 
 import csv
+import itertools
 import math
 import random
 import time
@@ -76,6 +77,19 @@ def erfas(star, site, instant, orientation):
     return from_azimuth_altitude(float(azimuth), math.pi / 2 - float(zenith_distance))
 
 
+def apco13(site, instant, orientation):
+    """What ERFA prepares of a moment."""
+    air = site.weather
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", erfa.ErfaWarning)  # dubious years
+        astrom, _ = erfa.apco13(
+            *(*utc_pair(instant), orientation.dut1, site.longitude, site.latitude, site.height_m),
+            *(orientation.xp, orientation.yp, air.pressure_hpa if air.refraction else 0.0),
+            *(air.temperature_c, air.relative_humidity, air.wavelength_um),
+        )
+    return astrom
+
+
 def test_agrees_with_the_reference_table(shared):
     worst = 0.0
     with (shared / "data" / "erfa_observed.csv").open(encoding="utf-8") as file:
@@ -100,29 +114,27 @@ def test_agrees_with_the_reference_table(shared):
 
 
 def test_agrees_with_erfa_at_a_hundred_thousand_random_places():
+    """ERFA's `atco13` step by step: `apco13` once a moment, `atciq` and `atioq` for each place."""
     rng = random.Random(11)  # noqa: S311 - nothing secret
     frames, stars = 500, 200
-    arguments, ours = [], []
+    errors = []
     for _ in range(frames):
         site = random_site(rng)
         instant = Instant.from_posix(rng.uniform(START, END))
         frame = Sky(site).at(instant)
-        eo, air = frame.earth_orientation, site.weather
-        place = (*utc_pair(instant), eo.dut1, site.longitude, site.latitude, site.height_m, eo.xp, eo.yp)
-        pressure = air.pressure_hpa if air.refraction else 0.0
-        weather = (pressure, air.temperature_c, air.relative_humidity, air.wavelength_um)
-        for _ in range(stars):
-            star = random_star(rng)
-            ours.append(star.observed(frame))
-            motion = (star.pm_ra, star.pm_dec, star.parallax_arcsec, star.rv_km_s)
-            arguments.append((star.ra, star.dec, *motion, *place, *weather))
-    azimuth, zenith_distance, *_ = atco13(*np.array(arguments).T)
-    level = np.sin(zenith_distance)
-    theirs = np.column_stack([-level * np.cos(azimuth), level * np.sin(azimuth), np.cos(zenith_distance)])
-    errors = np.linalg.norm(np.array(ours) - theirs, axis=1) / MAS
-    print(f"{len(errors)} random places, {frames} moments: worst {errors.max():.1e} mas")
+        astrom = apco13(site, instant, frame.earth_orientation)
+        places = [random_star(rng) for _ in range(stars)]
+        ours = np.array([star.observed(frame) for star in places])
+        catalogue = np.array(
+            [(star.ra, star.dec, star.pm_ra, star.pm_dec, star.parallax_arcsec, star.rv_km_s) for star in places]
+        )
+        azimuth, zenith_distance, *_ = erfa.atioq(*erfa.atciq(*catalogue.T, astrom), astrom)
+        level = np.sin(zenith_distance)
+        theirs = np.column_stack([-level * np.cos(azimuth), level * np.sin(azimuth), np.cos(zenith_distance)])
+        errors.extend(np.linalg.norm(ours - theirs, axis=1) / MAS)
+    print(f"{len(errors)} random places, {frames} moments: worst {max(errors):.1e} mas")
     assert len(errors) == 100_000
-    assert errors.max() < 0.1
+    assert max(errors) < 0.1
 
 
 def test_agrees_with_erfa_beside_the_sun():
@@ -333,11 +345,11 @@ def best_us(call, count=400, repeats=9):
 def test_a_frame_and_a_star_cost_less_than_one_transform_of_erfa():
     site = Site.from_degrees(-42.4, 173.7, 30.0)
     sky, star, instant = Sky(site), Star.from_degrees(83.633, 22.0145, parallax_mas=5), Instant.from_posix(1.79e9)
-    frame = sky.at(instant)
+    frame, seconds = sky.at(instant), itertools.count()  # each frame is a new one: those of late are kept
     reference = best_us(
         lambda: erfa.atco13(1.4, 0.4, 0, 0, 0.1, 0, 2461000.5, 0.3, 0.1, 3.0, -0.7, 30, 0, 0, 1000, 10, 0.5, 0.55)
     )
-    new, again = best_us(lambda: sky.at(instant)), best_us(lambda: star.observed(frame))
+    new, again = best_us(lambda: sky.at(instant.plus(next(seconds)))), best_us(lambda: star.observed(frame))
     rate, inverse = (
         best_us(lambda: star.observed_with_rate(frame)),
         best_us(lambda: frame.astrometric((0.6, 0.0, 0.8))),

@@ -193,6 +193,16 @@ def test_a_tcp_link_sends_small_messages_at_once_and_watches_its_peer(unit, real
         link.close()
 
 
+def test_what_a_busy_host_sends_is_stamped_before_the_far_end_can_have_it(unit, real_clock):
+    with serve(unit, real_clock, "tcp://127.0.0.1:0") as server:
+        stalled = real_clock.__class__()
+        link = open_link(server.address, stalled)
+        times = iter((100.0, 100.5))  # half a second is lost between the network and the stamp
+        stalled.now = lambda: next(times)
+        assert link.write(READ) == 100.0
+        link.close()
+
+
 def test_a_recording_tells_all_that_passed(clock, unit):
     passages = []
     link = RecordingLink(MemoryLink(unit, clock, latency_s=0.25), clock, passages.append)

@@ -5,15 +5,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from clockdrive.answers import Answer, utc
+from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
-from clockdrive.errors import InputError, Refused
+from clockdrive.errors import ArgumentError, InputError, Refused
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
+    from mounts.apo.clock_setting import ClockSet
     from mounts.apo.connecting import Setting
 
 T = TypeVar("T")
+SETS_CLOCKS = "it sets the clocks of all controllers by their own NTP server, at rest: confirm it with --yes"
 _ASKING = frozenset({"STATUS", "ID", "HELP", "MS.DUMP"})
 _SECTION_OF = dict(zip(NAMES, ("axis1", "axis2", "rotator"), strict=True))
 
@@ -34,6 +37,10 @@ class ByHand(Protocol):
         """Give a command to the axis of this name."""
         ...
 
+    def set_clocks(self, time: float) -> "Sequence[ClockSet]":
+        """Have the clocks of all controllers set."""
+        ...
+
 
 def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
     """What the controllers tell, all or what a name is part of.
@@ -43,7 +50,8 @@ def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
     Refused
         Nothing has this name.
     """
-    found = {name: text for name, text in registers.items() if not names or any(part in name for part in names)}
+    parts = [_controller(name) for name in names]
+    found = {name: text for name, text in registers.items() if not parts or any(part in name for part in parts)}
     if not found:
         raise Refused(f"nothing is called {names[0]!r}; there is {', '.join(registers)}")
     rows = {name: {"group": name.partition(" ")[0], "text": text, "raw": []} for name, text in found.items()}
@@ -68,7 +76,7 @@ def given_by_hand(
     from mounts.apo.by_hand import risk_of  # noqa: PLC0415 - only where a command is given
     from mounts.apo.commands import decode  # noqa: PLC0415 - likewise
 
-    what = decode(text)
+    what, axis = decode(text), NAMES[axis_of(axis, len(NAMES))]
     if (risk := risk_of(text)) and not confirmed:
         raise InputError(f"{what.text}: {risk}; confirm it with --yes")
     given = drive.by_hand(axis, text) if what.name in _ASKING else within(lambda: drive.by_hand(axis, text))
@@ -84,7 +92,42 @@ def given_by_hand(
         for each in given.fiducials
     ]
     lines = list(given.reply.lines)
-    return Answer({"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages})
+    answer = {"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages}
+    return Answer({**answer, "note": _set_note(axis, given.moved_deg)})
+
+
+def _set_note(axis: str, moved_deg: float | None) -> str:
+    """What setting a position by hand did to it, and what is left to do; empty where none was set."""
+    if moved_deg is None:
+        return ""
+    then = (
+        "the axes are as before"
+        if axis == NAMES[-1]
+        else "the telescope is unsynchronised until `sync` on a target, which sets both axes"
+    )
+    return f"{axis}: its position is {moved_deg:+.4f}° from what it was; {then}"
+
+
+def clocks_answer(found: "Sequence[ClockSet]") -> Answer:
+    """How far each clock was off before it was set, and is after."""
+    rows = [
+        {"axis": each.axis, "before_s": each.before_s, "after_s": each.after_s, "uncertainty_s": each.uncertainty_s}
+        for each in found
+    ]
+    return Answer({"ok": True, "clocks": rows, "note": "; ".join(map(_clock, found))})
+
+
+def _clock(each: "ClockSet") -> str:
+    before = "not set" if each.before_s is None else f"{each.before_s:+.4f} s off"
+    return f"{each.axis}: the clock was {before}, it is {each.after_s:+.4f} ± {each.uncertainty_s:.4f} s off"
+
+
+def _controller(name: str) -> str:
+    """What a controller is called, by any name of its axis; the name itself where it is that of no axis."""
+    try:
+        return NAMES[axis_of(name, len(NAMES))]
+    except ArgumentError:
+        return name
 
 
 def _told(each: "Setting", configuration: Configuration) -> dict[str, Any]:

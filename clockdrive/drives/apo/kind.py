@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from transports.memory import Device
 
 _SERIAL_BAUD = 9600
+_ATTEMPTS = 4  # answers waited for before a command is given up
 
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
@@ -39,8 +40,8 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
 
 def timing(configuration: Configuration) -> Timing:
     """How the configured axes move: each as soon as it can, and with the velocity of what it meets."""
-    from mounts.apo.drive import LEAD_S  # noqa: PLC0415 - a telescope has its models from its drive
-    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - likewise
+    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.apo.ways import LEAD_S  # noqa: PLC0415 - likewise
 
     wanted = settings(configuration)
     one, two, *others = (
@@ -98,7 +99,8 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
 def _lines(configuration: Configuration, clock: "Clock") -> "list[Line]":
     from transports.open_link import open_link  # noqa: PLC0415 - only where a link is opened
 
-    return [_line(url, partial(open_link, url, clock), clock) for url in links(configuration)]
+    timeout_s = number(configuration, "drive.timeout_s")
+    return [_line(url, partial(open_link, url, clock), clock, timeout_s) for url in links(configuration)]
 
 
 def links(configuration: Configuration) -> tuple[str, ...]:
@@ -119,12 +121,12 @@ def links(configuration: Configuration) -> tuple[str, ...]:
     return tuple(map(str, found.values()))
 
 
-def _line(url: str, opening: "Callable[[], Link]", clock: "Clock") -> "Line":
+def _line(url: str, opening: "Callable[[], Link]", clock: "Clock", timeout_s: float) -> "Line":
     from mounts.apo.line import Line  # noqa: PLC0415 - likewise
 
     _, _, options = url.partition("baud=")
     baud = None if url.startswith("tcp:") else int(options) if options else _SERIAL_BAUD
-    return Line(opening, clock, baud=baud)
+    return Line(opening, clock, baud=baud, timeout_s=timeout_s, deadline_s=_ATTEMPTS * timeout_s)
 
 
 def _simulated_lines(configuration: Configuration, clock: "Clock", devices: "tuple[Device, ...]") -> "list[Line]":
@@ -132,11 +134,14 @@ def _simulated_lines(configuration: Configuration, clock: "Clock", devices: "tup
     from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
 
     latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
+    timeout_s = number(configuration, "drive.timeout_s")
     return [
         Line(
             partial(MemoryLink, device, clock, latency_s=latency, baud=baud, name=f"sim:{i + 1}"),
             clock,
             baud=baud,
+            timeout_s=timeout_s,
+            deadline_s=_ATTEMPTS * timeout_s,
         )
         for i, device in enumerate(devices)
     ]

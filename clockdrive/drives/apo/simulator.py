@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from typing import Any
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import park_degrees, settings
 from mounts.apo.settings import AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
+from mounts.apo.simulator_clock import ControllerClock
 from mounts.apo.simulator_settings import HARDWARE, AxisHardware, SimulatorSettings
 
 _SECTION = "simulator."
@@ -22,10 +24,19 @@ def observatory(
         for axis, known, stow in zip(wanted.axes, HARDWARE[wanted.kind], park, strict=False)
     ]
     made = SimulatedObservatory(wanted.kind, _settings(configuration), time, bolted, park)
+    if snapshot is not None and (stood := _stood_later(snapshot, time)):
+        return SimulatedObservatory(wanted.kind, _settings(configuration), time, bolted, stood)
     if snapshot is not None:
         made.restore(snapshot)
         made.advance(time)
     return made
+
+
+def _stood_later(snapshot: Mapping[str, Any], time: float) -> tuple[float, ...]:
+    """Where the axes stood in a snapshot of a later time: the clock was set back since, and they start anew there."""
+    seen = [(ControllerClock(**axis["clock"]), axis["servo"]["at"]) for axis in snapshot["axes"]]
+    later = any(clock.posix(count) > time for clock, (_, _, count) in seen)
+    return tuple(position for _, (position, _, _) in seen) if later else ()
 
 
 def _settings(configuration: Configuration) -> SimulatorSettings:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.kind import DEAD_MAN_LOG
+from clockdrive.drives.nobody_beside import NobodyBeside
 from clockdrive.drives.tc410.gears import gearings, park_counts
 from clockdrive.drives.tc410.registers import completed_from, registers
 from clockdrive.drives.tc410.sections import drive_of
@@ -116,25 +117,3 @@ def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, 
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
     """What the driver of a simulator never used before remembers: it is synchronised, at park."""
     return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}
-
-
-class NobodyBeside:
-    """In place of a dead-man process for an embedded simulator, which ends with its owner."""
-
-    fate = ""
-
-    def start(self) -> None:
-        """Nobody starts."""
-
-    def arm(self) -> None:
-        """Nobody will act."""
-
-    def beat(self) -> bool:
-        """Nobody needs a sign of life."""
-        return True
-
-    def disarm(self) -> None:
-        """Nobody would have acted."""
-
-    def close(self) -> None:
-        """Nobody ends."""

@@ -272,7 +272,7 @@ def test_the_lines_are_served_on_tcp_and_survive_a_lost_connection(kind):
             assert axis.status().value.position_deg == place
             assert axis.identity().code_version
             assert len(axis.tell("HELP").reply.lines) == len(TABLE)
-        lines[0]._link.close()
+        lines[0]._kept._link.close()
         assert axes[0].status().value.position_deg == 10.0
         axes[0].tell("MOVE", 10.0, 0.5)
         seconds_until(lambda: axes[0].status().value.velocity_deg_s > 0.0)

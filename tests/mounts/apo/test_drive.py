@@ -17,8 +17,9 @@ from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
+from mounts.apo.slew_model import SHORTEST_S
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
 from transports.memory import MemoryLink
 
@@ -29,7 +30,7 @@ NAMES = ("azimuth", "altitude", "rotator")
 class Bench:
     """A drive on simulated controllers, and the clock between them."""
 
-    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, **settings):
+    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, room=32, **settings):
         self.clock = VirtualClock(time)
         hardware = HARDWARE[kind][:axes]
         self.device = SimulatedObservatory(kind, SimulatorSettings(**settings), time, hardware, positions[:axes])
@@ -43,6 +44,7 @@ class Bench:
                 for name, word, h in zip(NAMES, AXIS_WORDS, hardware, strict=False)
             ),
             on_expiry=settings.get("on_expiry", "halt"),
+            max_nodes=room,
         )
         self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
         shared = kind == "sdss"
@@ -54,7 +56,8 @@ class Bench:
             ControlledAxis(controller, axis, kind)
             for controller, axis in zip(controllers, self.settings.axes, strict=True)
         )
-        self.drive = ApoDrive(tuple(controlled), self.settings, memory or {})
+        self.remembered = []
+        self.drive = ApoDrive(tuple(controlled), self.settings, memory or {}, self.remembered.append)
 
     def opened(self, i):
         if i in self.cut:
@@ -120,6 +123,13 @@ class Circle:
     """A path whose rates change: degrees, a sine in each axis."""
 
     led = False
+
+    @property
+    def axes(self):
+        return len(self.centre)
+
+    def axis_at(self, axis, time):
+        return self.at(time)[axis]
 
     def __init__(self, centre, amplitude=2.0, period=900.0, shift=(0.0, 0.0)):
         self.centre, self.amplitude, self.w, self.shift = centre, amplitude, math.tau / period, shift
@@ -240,6 +250,20 @@ def test_a_silent_axis_halts_the_others_and_is_named():
     assert bench.speeds()[0] == 0.0
 
 
+def test_axes_that_answer_are_given_nodes_while_another_is_silent():
+    bench = Bench("sdss").connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda _, data: "command" if data.startswith(b"ALT") else ""
+    for _ in range(2):
+        with pytest.raises(TransportError, match="altitude"):
+            bench.drive.read(bench.clock.now())
+    ahead = bench.drive.axes[0].queue.ends - bench.clock.now()
+    print(f"{ahead:.1f} s ahead after two looks at a silent axis")
+    assert ahead > 7.0
+    assert bench.drive.axes[1].queue.ends - bench.clock.now() < ahead
+
+
 def test_an_absent_axis_is_named_when_connecting():
     bench = Bench(axes=3)
     bench.cut.add(2)
@@ -282,6 +306,58 @@ def test_a_digit_garbled_in_one_answer_is_never_believed(number, digit, follows,
         assert off <= unsure
         assert unsure < 0.2
         assert not reading.unsynchronised
+
+
+def test_earlier_answers_that_follow_from_each_other_are_not_believed(monkeypatch):
+    bench = Bench().connected()
+    bench.start(60.0, 70.0)
+    honest, kept, stale = _Cuttable.receive, [], []
+
+    def receive(self, data, t):
+        answer = honest(self, data, t)
+        if b"STATUS" not in answer or self.i:
+            return answer
+        kept.append(answer)
+        return stale.pop(0) if stale else answer
+
+    monkeypatch.setattr(_Cuttable, "receive", receive)
+    bench.run(12.0)
+    bench.drive.stop(bench.clock.now())
+    bench.run(14.0, step=2.0)
+    stale += [kept[20], kept[21], kept[-2]]
+    bench.clock.sleep(2.0)
+    with pytest.raises(TransportError, match="3 positions that do not follow from each other"):
+        bench.drive.read(bench.clock.now())
+    assert abs(bench.run(0.0).axes[0].counts - bench.true(0)) < 1e-3
+
+
+@pytest.mark.parametrize("ppm", [50.0, -50.0, 300.0])
+def test_a_target_is_followed_by_a_clock_that_gains_as_by_one_that_is_right(ppm):
+    bench = Bench(clock_drift_ppm=ppm).connected()
+    path = Circle((14.0, 50.0), amplitude=2.0, period=3_000.0)  # 15″/s
+    bench.follow(path, 60.0)
+    worst = 0.0
+    for _ in range(30):
+        bench.follow(path, 1.0)
+        worst = max(worst, *(abs(bench.true(i) - path.at(bench.clock.now())[i][0]) for i in (0, 1)))
+    print(f"{ppm:+g} ppm: worst {3600.0 * worst:.4f}″ after a minute")
+    assert 3600.0 * worst < 0.02
+    assert not bench.dry()
+
+
+@pytest.mark.parametrize("silent", ["DRIFT", "MOVE"])
+def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silent):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda i, data: "command" if i == 1 and data.startswith(silent.encode()) else ""
+    arrival = bench.clock.now() + bench.drive.start_latency + SHORTEST_S
+    slews = [AxisSlew(*state, arrival=arrival) for state in path.at(arrival)]
+    with pytest.raises(TransportError, match="altitude"):
+        bench.drive.start(slews, bench.clock.now())
+    bench.clock.sleep(20.0)
+    assert bench.speeds()[0] == 0.0
+    assert not bench.device.axes[0].record.dry
 
 
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
@@ -386,8 +462,9 @@ def test_a_controller_restarted_at_rest_keeps_its_position_and_one_that_moved_do
     moving.run(8.0)
     moving.device.axes[0].restart(moving.clock.now())
     moving.clock.sleep(8.0)
-    with pytest.raises(DriveRefused, match="azimuth: the controller has restarted"):
+    with pytest.raises(Unsynchronised, match=r"azimuth: .*restarted while the axis moved; `sync`"):
         moving.run(1.0)
+    assert "restarted while the axis moved" in moving.remembered[-1]["unsynchronised"]
     with pytest.raises(Unsynchronised, match=r"azimuth: .*restarted while the axis moved; `sync`"):
         moving.start(20.0, 50.0)
 
@@ -403,6 +480,27 @@ def test_what_was_remembered_tells_a_position_lost_while_nobody_looked():
         "altitude: its controller has restarted at 0.0000°, 45.0000° from"
         in again.connected().run(1.0).unsynchronised
     )
+
+
+@pytest.mark.parametrize(("seconds", "is_lost"), [(1.0, True), (600.0, False)])
+def test_an_axis_that_is_found_farther_away_than_it_can_have_come_is_unsynchronised(seconds, is_lost):
+    bench = Bench().connected()
+    bench.run(2.0)
+    again = Bench(memory=bench.drive.memory, positions=(10.0, 57.0, 0.0), time=bench.clock.now() + seconds)
+    why = again.connected().run(1.0).unsynchronised
+    assert ("altitude: its controller says 57.0000°, 12.0000° from where" in why) is is_lost
+    assert bool(why) is is_lost
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_position_that_a_restart_has_lost_is_told_at_the_first_answer_and_once(kind):
+    bench = Bench(kind).connected()
+    bench.run(3.0)
+    bench.device.axes[1].restart(bench.clock.now(), loses_position=True)
+    bench.clock.sleep(10.0)
+    with pytest.raises(Unsynchronised, match=r"altitude: .*restarted at 0\.0000°, 45\.0000° from"):
+        bench.run(1.0)
+    assert "restarted at 0.0000°" in bench.run(5.0).unsynchronised
 
 
 def test_settings_that_differ_are_noted_with_both_values():
@@ -433,10 +531,7 @@ def test_a_node_in_the_past_is_told_with_its_axis_and_by_how_much():
 
 
 def test_a_small_buffer_is_given_the_slew_as_there_is_room():
-    bench = Bench(max_nodes=3)
-    bench.settings = replace(bench.settings, max_nodes=3)
-    bench.drive._settings = bench.settings
-    bench.connected()
+    bench = Bench(max_nodes=3, room=3).connected()
     bench.start(80.0, 70.0)
     assert any(axis.waiting for axis in bench.drive.axes)
     bench.run(70.0)
@@ -445,16 +540,9 @@ def test_a_small_buffer_is_given_the_slew_as_there_is_room():
     assert not [text for axis in bench.device.axes for _, text in axis.record.refused]
 
 
-def _with_room_for(nodes, held):
-    bench = Bench(max_nodes=held)
-    bench.settings = replace(bench.settings, max_nodes=nodes)
-    bench.drive._settings = bench.settings
-    return bench.connected()
-
-
 @pytest.mark.parametrize("lost", ["command", "answer"])
 def test_a_waiting_node_that_is_lost_is_not_sent_again_but_its_way_planned_anew(lost):
-    bench = _with_room_for(4, held=32)
+    bench = Bench(max_nodes=32, room=4).connected()
     bench.start(60.0, 70.0)
     assert all(axis.waiting for axis in bench.drive.axes)
     once = iter([lost])
@@ -469,7 +557,7 @@ def test_a_waiting_node_that_is_lost_is_not_sent_again_but_its_way_planned_anew(
 
 
 def test_waiting_nodes_that_cannot_be_given_halt_all_axes():
-    bench = _with_room_for(4, held=32)
+    bench = Bench(max_nodes=32, room=4).connected()
     bench.start(60.0, 70.0)
     bench.loses = lambda i, data: "command" if i == 0 and data.startswith(b"MOVE ") else ""
     with pytest.raises(TransportError, match="azimuth"):
@@ -504,7 +592,7 @@ def test_a_position_that_jumps_while_another_axis_is_silent_halts_the_telescope_
     bench.run(9.0)
     bench.cut.add(0)
     bench.device.axes[1].servo.declare(bench.true(1) + 9.0)
-    with pytest.raises(DriveRefused, match="altitude: its position has jumped"):
+    with pytest.raises(Unsynchronised, match="altitude: its position has jumped"):
         bench.drive.read(bench.clock.now())
 
 
@@ -527,3 +615,32 @@ def test_a_command_by_hand_is_answered_and_one_that_sets_the_position_unsynchron
 )  # fmt: skip
 def test_what_a_person_must_confirm_is_what_moves_or_cannot_be_taken_back(text, risky):
     assert bool(risk_of(text)) is risky
+
+
+def test_exchanged_links_are_refused_before_anything_moves():
+    bench = Bench(axes=3)
+    opened = bench.opened
+    bench.opened = lambda i: opened({0: 1, 1: 0}.get(i, i))
+    with pytest.raises(WrongProtocol, match="azimuth: its controller has lower soft limit 6 deg, configured -180"):
+        bench.connected()
+    assert not any(b"MOVE" in line or b"INIT" in line for _, _, line in bench.heard)
+
+
+def test_an_answer_that_a_busy_host_saw_late_makes_no_jump_of_the_next(monkeypatch):
+    bench = Bench().connected()
+    bench.start(100.0, 60.0)
+    bench.run(25.0)
+    axis = bench.drive.axes[0]
+    assert abs(bench.speeds()[0]) > 1.5
+    asked, late = axis.controller.status, iter((0.03, *[0.0] * 6))
+
+    def status():
+        timed = asked()
+        return replace(timed, received=timed.received + next(late))
+
+    monkeypatch.setattr(axis.controller, "status", status)
+    axis.look()
+    bench.clock.sleep(0.25)
+    bench.device.axes[0].clock.set(bench.clock.now(), 0.05)  # so that it is not where it was foreseen
+    axis.look()
+    assert axis.confirming.jumped_deg == 0.0

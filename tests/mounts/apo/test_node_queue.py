@@ -67,3 +67,14 @@ def test_after_a_halt_nothing_is_left():
     assert halted.last is None
     assert halted.at(103.0) is None
     assert halted.ends < 0.0
+
+
+def test_a_path_that_comes_earlier_is_the_same_at_earlier_times():
+    queue = NodeQueue()
+    for k in range(3):
+        queue.append(PathNode(100.0 + 5.0 * k, 7.0 + k * k, 0.1 * k))
+    before = queue.at(107.0)
+    queue.retime(-0.25)
+    assert queue.at(106.75) == pytest.approx(before)
+    assert queue.ends == 109.75
+    assert queue.pending(104.8) == 1

@@ -1,5 +1,6 @@
 """How long a slew takes: sums over the table against the simulated timers, which step cycle by cycle."""
 
+import os
 import random
 
 import pytest
@@ -9,7 +10,7 @@ from mounts.avr_box.simulator_motor import Motor
 from mounts.avr_box.slew_table import ENTRIES, SlewLaw, SlewTableError, checked, laws, read_slew_table, standard
 from mounts.avr_box.timers import CRYSTAL_HZ, SLEW_GEARS
 
-MOVES = 10_000
+MOVES = 10_000 if os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full" else 2_000
 
 
 def stepped(law: SlewLaw, half: int) -> int:
@@ -20,6 +21,7 @@ def stepped(law: SlewLaw, half: int) -> int:
     return given - motor.run(given)
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("table", [standard(), coarser_table()], ids=["standard", "stairs"])
 def test_the_predicted_duration_of_any_move_is_that_of_the_timers(table):
     rng, worst = random.Random(8), 0.0  # noqa: S311

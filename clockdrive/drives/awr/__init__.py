@@ -1,0 +1,1 @@
+"""The AWR Microstep as the application sees it."""

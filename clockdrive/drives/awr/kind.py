@@ -1,0 +1,104 @@
+"""The AWR Microstep as the application sees it."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from clockdrive.drives.awr.sections import axes_of
+from clockdrive.drives.awr.settings import baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.kind import DEAD_MAN_LOG
+from clockdrive.drives.nobody_beside import NobodyBeside
+from pointing.plan import Axis, Timing
+
+if TYPE_CHECKING:
+    from clockdrive.drives.kind import Remember
+    from mounts.awr.beside import Guardian
+    from mounts.awr.drive import AwrDrive
+    from mounts.awr.simulator import SimulatedAwr
+    from transports.link import Clock
+    from transports.memory import Device
+
+_SILENCE_S = 0.7  # of an owner between two looks
+_HASTY_S = 0.12  # likewise while a release is near: with what the release takes, less than 0.2 s
+
+
+def axes(configuration: Configuration) -> tuple[Axis, Axis]:
+    """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
+    one, two = (
+        Axis(f"axis{i + 1}", gearing, math.radians(section.min_deg), math.radians(section.max_deg), units="steps")
+        for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
+    )
+    return one, two
+
+
+def timing(configuration: Configuration) -> Timing:
+    """How a unit as it comes moves; one that is connected has its own speeds."""
+    from mounts.awr.factory import factory  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.awr.slew_model import AwrSlewModel  # noqa: PLC0415 - likewise
+    from mounts.awr.speeds import Speeds  # noqa: PLC0415 - likewise
+
+    wanted = settings(configuration)
+    words = factory(
+        wanted.sidereal_steps_per_s,
+        frequency_unit=wanted.frequency_unit,
+        acceleration_unit=wanted.acceleration_unit,
+        reversed1=axes_of(configuration)[0].reversed,
+        rate_reference=wanted.rate_reference,
+    )
+    ladder = Speeds(wanted, words, words).ladder(_EXCHANGE_S)
+    ladder = ladder.slewing_at(ladder.careful_rates)
+    return Timing((AwrSlewModel(ladder, 0), AwrSlewModel(ladder, 1)), together=False)
+
+
+_EXCHANGE_S = 0.045
+
+
+def drive(
+    configuration: Configuration,
+    clock: "Clock",
+    lines: "tuple[Device, ...]",
+    memory: Mapping[str, object],
+    remember: "Remember",
+) -> "tuple[AwrDrive, Configuration]":
+    """Make the drive, not yet connected; the unit holds no keys of the configuration."""
+    from mounts.awr.dead_man_frames import safe_frames  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.awr.drive import AwrDrive  # noqa: PLC0415 - likewise
+    from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
+    from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
+    from transports.link import Link  # noqa: PLC0415 - likewise
+    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
+    from transports.open_link import open_link  # noqa: PLC0415 - likewise
+
+    speed = baud(configuration)
+    if lines:
+        guardian: Guardian = NobodyBeside()
+
+        def opened() -> Link:
+            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
+    else:
+        guardian = dead_man = DeadMan(
+            configuration.drive.link,
+            safe_frames(),
+            program="clockdrive.dead_man",
+            silence_s=_SILENCE_S,
+            hasty_s=_HASTY_S,
+            log=configuration.state_directory / DEAD_MAN_LOG,
+        )
+        opened = dead_man.sharing(lambda: open_link(configuration.drive.link, clock))
+    unit = Unit(opened, clock, speed)
+    return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
+
+
+def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, object] | None) -> "SimulatedAwr":
+    """A simulated unit, as it was left or new at its park position."""
+    from clockdrive.drives.awr.simulator import microstep  # noqa: PLC0415 - only where one is used
+
+    return microstep(configuration, time, snapshot)
+
+
+def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
+    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+    from mounts.awr.memory import at_park  # noqa: PLC0415 - as in `drive`
+
+    return at_park(park_counts(configuration), time, meaning(configuration))

@@ -1,0 +1,60 @@
+"""The sections of a configuration with an AWR Microstep's own keys."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from clockdrive.configuration import Configuration
+from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+
+
+@dataclass(frozen=True)
+class AwrDriveSection(DriveSection):
+    """`[drive]`."""
+
+    sidereal_steps_per_s: float
+    frequency_unit: float
+    acceleration_unit: float
+    rate_reference: Literal["motor", "sky"]
+    press_jitter_s: float
+    event_jitter_s: float
+
+
+@dataclass(frozen=True)
+class DeclinationSection(AxisSection):
+    """`[axis2]`."""
+
+    steps_per_degree: float
+
+
+@dataclass(frozen=True)
+class AwrSimulatorSection(SimulatorSection):
+    """`[simulator]`."""
+
+    frequency_unit: float
+    acceleration_unit: float
+    rate_reference: Literal["motor", "sky"]
+    sidereal_steps_per_s: float
+    firmware: float
+    reversed1: bool
+    reversed2: bool
+    press_jitter_s: float
+    event_jitter_s: float
+    debug: float
+    byte_loss: float
+    byte_doubling: float
+    reads_ram: bool
+
+
+def drive_of(configuration: Configuration) -> AwrDriveSection:
+    """`[drive]` of a configuration."""
+    return configuration.section(AwrDriveSection, "drive")
+
+
+def axes_of(configuration: Configuration) -> tuple[AxisSection, DeclinationSection]:
+    """`[axis1]` and `[axis2]` of a configuration."""
+    return configuration.section(AxisSection, "axis1"), configuration.section(DeclinationSection, "axis2")
+
+
+def simulator_of(configuration: Configuration) -> AwrSimulatorSection:
+    """`[simulator]` of a configuration."""
+    return configuration.section(AwrSimulatorSection, "simulator")

@@ -1,0 +1,74 @@
+"""What a configuration means for an AWR Microstep: steps a degree, and what its driver must know."""
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from clockdrive.configuration import Configuration
+from clockdrive.drives.awr.sections import axes_of, drive_of
+from pointing.gearing import Gearing
+
+if TYPE_CHECKING:
+    from mounts.awr.settings import AwrSettings
+
+SIDEREAL_DEG_S = 360.0 / 86164.0905
+_DEFAULT_BAUD = 9600
+
+
+def steps_per_degree(configuration: Configuration) -> tuple[float, float]:
+    """Motor steps a degree of each axis: of axis 1 by the sidereal rate of the factory sheet."""
+    return drive_of(configuration).sidereal_steps_per_s / SIDEREAL_DEG_S, axes_of(configuration)[1].steps_per_degree
+
+
+def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
+    """How steps become axis angle; step 0 is where the axis stands at `centre_deg`."""
+    one, two = (
+        Gearing(1 / Fraction(steps), 0, section.centre_deg, section.reversed)
+        for steps, section in zip(steps_per_degree(configuration), axes_of(configuration), strict=True)
+    )
+    return one, two
+
+
+def park_counts(configuration: Configuration) -> tuple[int, int]:
+    """Where the axes stand when parked."""
+    one, two = (
+        round(gearing.counts(math.radians(section.park_deg)))
+        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
+    )
+    return one, two
+
+
+def settings(configuration: Configuration) -> "AwrSettings":
+    """What the driver must know."""
+    from mounts.awr.settings import AwrSettings  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.awr.uncertainty import Jitter  # noqa: PLC0415 - likewise
+
+    drive = drive_of(configuration)
+    return AwrSettings(
+        sidereal_steps_per_s=drive.sidereal_steps_per_s,
+        frequency_unit=drive.frequency_unit,
+        acceleration_unit=drive.acceleration_unit,
+        rate_reference=drive.rate_reference,
+        jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),
+        meaning=meaning(configuration),
+    )
+
+
+def meaning(configuration: Configuration) -> str:
+    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
+    if configuration.simulated:
+        return ""
+    axes = (f"{gear.counts_per_radian!r} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
+    site = configuration.site
+    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
+
+
+def baud(configuration: Configuration) -> int | None:
+    """The speed of the line, where it is a serial one."""
+    link = configuration.drive.link
+    if configuration.simulated:
+        return configuration.simulator.baud or None
+    if link.startswith("tcp:"):
+        return None
+    _, _, options = link.partition("baud=")
+    return int(options) if options else _DEFAULT_BAUD

@@ -1,0 +1,35 @@
+"""What the driver of an AWR Microstep must know: the factory's calibration, and the assumptions as configured."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from mounts.awr.uncertainty import Jitter
+
+RateReference = Literal["motor", "sky"]
+CLOCK_UNCERTAINTY = 5e-5  # fraction by which the unit's crystal and the sheet may be off (A)
+
+
+@dataclass(frozen=True)
+class AwrSettings:
+    """One telescope with a unit.
+
+    Parameters
+    ----------
+    sidereal_steps_per_s : float
+        Motor steps of axis 1 a second at sidereal rate, from the factory's sheet.
+    frequency_unit, acceleration_unit : float
+        Steps a second, and a second squared, of one unit of those registers.
+    rate_reference : str
+        Whether guide and centre rates are those of the motor, or on the sky.
+    jitter : Jitter
+        By how much keys and events are off their times.
+    meaning : str
+        What must not change between a sync and the next goto.
+    """
+
+    sidereal_steps_per_s: float
+    frequency_unit: float = 1.0
+    acceleration_unit: float = 1.0
+    rate_reference: RateReference = "motor"
+    jitter: Jitter = field(default_factory=Jitter)
+    meaning: str = ""

@@ -1,0 +1,147 @@
+"""What a unit tells of itself beside its motion: resets, the override, errors, the index of the worm, its lines.
+
+Whatever makes its position doubtful makes it unsynchronised, with the reason, until a person says where it is.
+"""
+
+from collections.abc import Callable
+
+from mounts.awr.commands import RELAYS
+from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Override
+from mounts.awr.registers import Register
+from mounts.awr.unit import Happened
+
+_NOTES = 6
+_OVERFLOW = "3"  # of the event buffer: some were lost
+STOPPED = (
+    "the override input stopped everything at once, and steps are lost; press the override button at the drive box, "
+    "then `sync` on a known star"
+)
+RESET = "the unit began anew ({}): soft writes and position are lost; `sync` on a known star"
+OVERFLOWED = "the unit lost events ({}), so nobody knows what moved; `sync` on a known star"
+SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
+COMMITTED = (
+    "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
+    "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"
+)
+RECALIBRATED = (
+    "drive_ra (01, 02), from which all rates are reckoned, was changed since the last sync: compare `drive show` "
+    "with the factory sheet, then `sync` on a known star"
+)
+_DIVISION = (
+    "{}: {} holds what the unit cannot divide by, the rate register written last; `drive reload` takes the "
+    "non-volatile words again"
+)
+
+
+class Supervision:
+    """Knows why the position cannot be trusted, and what a person should know.
+
+    Parameters
+    ----------
+    unsynchronised : str
+        Why nobody knows where the axes are; empty where that is known.
+    place : callable
+        Where axis 1 is at a time, for the index of the worm.
+    last_rate : callable
+        The rate register that was written last.
+    """
+
+    def __init__(
+        self,
+        unsynchronised: str,
+        place: Callable[[float], float],
+        last_rate: Callable[[], Register | None],
+        index: tuple[float, float] | None = None,
+    ) -> None:
+        self.unsynchronised = unsynchronised
+        self.stopped = False
+        """The override holds it."""
+        self.was_reset = False
+        """It began anew, and nobody has looked at its words since."""
+        self.index = index
+        """When the worm of axis 1 passed its index last, and where the axis was."""
+        self.relays = 0
+        """Those that are on, bit by bit."""
+        self.lines: Lines | None = None
+        self.backlash: tuple[bool | None, bool | None] = (None, None)
+        """The sense in which the play of each axis was taken up last."""
+        self._place = place
+        self._last_rate = last_rate
+        self._notes: list[str] = []
+        self._untold: list[str] = []
+        self._fault = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was seen, the newest last, and which relays are on."""
+        on = [str(number) for number in RELAYS if self.relays >> number - 1 & 1]
+        return (*self._notes, *((f"relays on: {', '.join(on)}",) if on else ()))
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What stands."""
+        return (self._fault,) if self._fault else ()
+
+    def told(self) -> tuple[str, ...]:
+        """What happened since this was asked last."""
+        told, self._untold = tuple(self._untold), []
+        return told
+
+    def take(self, happened: list[Happened]) -> None:
+        """Act on what the unit told."""
+        for each in happened:
+            event = each.event
+            if isinstance(event, Error):
+                self._error(event)
+            elif isinstance(event, Override):
+                self._override(event)
+            elif isinstance(event, IndexPulse):
+                self.index = each.time, self._place(each.time)
+            elif isinstance(event, Lines):
+                self.lines = event
+                self.note(f"input lines high: {event.high or 'none'}")
+            elif isinstance(event, Backlash):
+                one, two = self.backlash
+                self.backlash = (event.on, two) if event.axis == 0 else (one, event.on)
+
+    def _error(self, error: Error) -> None:
+        said = f"e{error.code} {error.meaning}"
+        if error.is_reset:
+            self.was_reset = True
+            self.lose(RESET.format(said))
+        elif error.code == _OVERFLOW:
+            self.lose(OVERFLOWED.format(said))
+        elif error.is_division:
+            register = self._last_rate()
+            name = "a rate register" if register is None else f"{register.name} ({register.address:02X})"
+            self._fault = _DIVISION.format(said, name)
+            self.note(self._fault)
+        else:
+            self.note(f"the unit says {said}")
+
+    def _override(self, event: Override) -> None:
+        self.stopped = event.stopped
+        if event.stopped:
+            self.lose(STOPPED)
+        else:
+            self.note("the override was lifted; the axes go on at their drive rates")
+
+    def lose(self, why: str) -> None:
+        """The position is unknown from now on, for the first reason that there was."""
+        self.unsynchronised = self.unsynchronised or why
+        self.note(why)
+
+    def synchronised(self) -> None:
+        """A person says where the axes are."""
+        self.unsynchronised = ""
+
+    def rates_are_sound(self) -> None:
+        """The words were taken anew from the non-volatile memory."""
+        self._fault = ""
+
+    def note(self, text: str) -> None:
+        """What a person should know."""
+        self._untold.append(text)
+        if text in self._notes:
+            self._notes.remove(text)
+        self._notes = [*self._notes[-(_NOTES - 1) :], text]

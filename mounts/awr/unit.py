@@ -1,0 +1,447 @@
+"""The unit at the far end of a link: one command outstanding, events collected whenever they come.
+
+An answer has 100 ms for each packet. One that does not come in time may come later, and looks like any other `Y`: so
+nothing is asked again before the line has been silent. Key releases alone are repeated at once, as they do no harm.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from mounts.awr import commands
+from mounts.awr.errors import AwrError
+from mounts.awr.messages import Done, Event, Message, Response, Status, Strange, Word, Written, decoded
+from mounts.awr.packets import Packet, Packets
+from mounts.awr.registers import (
+    BY_ADDRESS,
+    EARLIEST,
+    RAM,
+    REGISTERS,
+    VERSION,
+    WITH_STATUS,
+    Register,
+    supported,
+    version_of,
+)
+from mounts.errors import DriveRefused, WrongProtocol
+from transports.errors import LinkError, NoAnswer
+from transports.link import Clock, Link
+
+PACKET_S = 0.1  # for each packet of an answer
+KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
+RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
+_BITS_PER_BYTE = 10
+_CHUNK = 256
+_TRIES = 3
+_RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
+_FAR_S = 1.0  # that an answer is waited for at last, on a link whose delay nobody knows yet
+_ROUNDS = 30  # of waiting for silence, on a line that is never silent
+_EVENTS = 500  # kept at most for one who does not listen
+_AT_ONCE_S = 5e-4
+_LOSSES = 3  # remembered
+
+
+class Happened(NamedTuple):
+    """An event, when it was, and how much earlier it may have been: the line was taken, or nobody listened."""
+
+    event: Event
+    time: float
+    early_s: float = 0.0
+
+
+class Unit:
+    """The unit.
+
+    Parameters
+    ----------
+    open_link : callable
+        Opens the link, and opens it anew where it was lost.
+    clock : Clock
+        Stamps what comes; the one that the link has.
+    baud : int, optional
+        Bits per second of the line; none for one that takes no time.
+    """
+
+    def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
+        self._open = open_link
+        self._clock = clock
+        self.byte_s = _BITS_PER_BYTE / baud if baud else 0.0
+        """Line time of a byte."""
+        self._link: Link | None = None
+        self._packets = Packets(self.byte_s)
+        self._events: deque[Happened] = deque(maxlen=_EVENTS)
+        self._trips: deque[float] = deque(maxlen=8)  # seconds of the last round trips, without their line time
+        self._unsettled = False  # an answer that nobody waits for any more may still come
+        self.version = EARLIEST
+        """Firmware, once it was asked."""
+        self.damaged = 0
+        """How often something was lost or mutilated on the line, as far as can be seen."""
+        self.strange: deque[str] = deque(maxlen=_LOSSES)
+        """Packets that say nothing."""
+        self.before_each: Callable[[], object] = _nobody
+        """Called before each command and each wait: a sign of life for whoever watches the host."""
+        self.slice_s = float("inf")
+        """The longest wait without it."""
+
+    @property
+    def name(self) -> str:
+        """The address, as in the configuration."""
+        return "link not opened yet" if self._link is None else self._link.name
+
+    @property
+    def delay_s(self) -> float:
+        """Seconds in which a byte that has left comes to the unit: half of the quickest of the last round trips."""
+        return min(self._trips, default=0.0) / 2.0
+
+    @property
+    def key_s(self) -> float:
+        """Seconds from sending a key to its being heard."""
+        return 3.0 * self.byte_s + self.delay_s
+
+    @property
+    def debug(self) -> tuple[str, ...]:
+        """The last debug output."""
+        return tuple(self._packets.debug)
+
+    def now(self) -> float:
+        """POSIX seconds, by the clock of the link."""
+        return self._clock.now()
+
+    # What it says by itself ------------------------------------------------------------------------------------
+
+    def events(self, *kinds: type[Event]) -> list[Happened]:
+        """What happened since it was asked last, the oldest first; of some kinds only, where they are named."""
+        wanted = kinds or (object,)
+        found = [each for each in self._events if isinstance(each.event, wanted)]
+        self._events = deque((each for each in self._events if not isinstance(each.event, wanted)), _EVENTS)
+        return found
+
+    def peek(self) -> tuple[Happened, ...]:
+        """The same, left there."""
+        return tuple(self._events)
+
+    def listen(self, until: float, enough: Callable[[Event], bool] = lambda _: False) -> None:
+        """Let time pass until POSIX `until`, or until an event that is enough; without waiting, take what is there.
+
+        Raises
+        ------
+        LinkError
+            The link was lost.
+        """
+        while True:
+            self.before_each()
+            before = len(self._events)
+            self._hear(min(max(0.0, until - self.now()), self.slice_s))
+            if any(enough(each.event) for each in list(self._events)[before:]) or self.now() >= until:
+                return
+
+    def _hear(self, seconds: float) -> list[tuple[Response, Packet]]:
+        """Read once; collect events, return answers."""
+        link = self._opened()
+        begun, since = self.now(), self._listened
+        try:
+            data = link.read(_CHUNK, seconds)
+        except LinkError:
+            self._drop()
+            raise
+        self._listened = self.now()
+        if data:
+            self._heard = self._listened
+        # What was there at once may have come at any time since somebody listened last.
+        unheard = max(0.0, begun - since) if self._listened - begun < _AT_ONCE_S else 0.0
+        answers = []
+        for packet in self._packets.feed(data, self.now()):
+            said: Message = decoded(packet.text)
+            if isinstance(said, Strange):
+                self.damaged += 1
+                self.strange.append(said.why)
+            elif isinstance(said, Response):
+                answers.append((said, packet))
+            else:
+                time = packet.time - self.byte_s - self.delay_s
+                self._events.append(Happened(said, time, packet.behind_s + unheard))
+        return answers
+
+    # Commands --------------------------------------------------------------------------------------------------
+
+    def key(self, body: str) -> float:
+        """Press a key or choose a speed; return the POSIX time at which it was heard.
+
+        Raises
+        ------
+        DriveRefused
+            The unit does not obey: its override is on.
+        NoAnswer, LinkError
+            It does not answer; nobody knows whether it obeyed.
+        """
+        self._quiet()
+        if self._answered(body, lambda said: isinstance(said, Done), KEY_S) != Done(ok=True):
+            raise DriveRefused(
+                f"the unit refuses {body!r}: its override input stopped it, or it is busy; press the override button "
+                "at the drive box, then try again"
+            )
+        return self._sent + self.delay_s
+
+    def release(self, axes: tuple[int, ...] = (0, 1)) -> float:
+        """Release the keys of axes, again and again until the unit has said so; return when the last one was heard.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer, or the link was lost and could not be opened anew.
+        """
+        for axis in axes:
+            self._released(axis)
+        return self._sent + self.delay_s
+
+    def _released(self, axis: int) -> None:
+        data, error = commands.packet(commands.RELEASES[axis]), None
+        lost_links = 0
+        for attempt in range(_RELEASES):
+            self._unsettled |= attempt > 0  # an answer to a release that was repeated may still come
+            try:
+                self._sent = self._opened().write(data)
+                due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
+                due += _FAR_S if attempt == _RELEASES - 1 else 0.0
+                while (left := due - self.now()) > 0.0:
+                    self.before_each()
+                    if any(said == Done(ok=True) for said, _ in self._hear(min(left, self.slice_s))):
+                        return
+            except LinkError as lost:
+                self._drop()
+                error, lost_links = lost, lost_links + 1
+                if lost_links == _LINKS:
+                    break
+            self.damaged += 1
+        raise error or NoAnswer(
+            f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
+            "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
+        )
+
+    def read(self, address: int) -> int | None:
+        """The word at an address, None where the unit does not tell it.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+
+        def mine(said: Response) -> bool:
+            return said == Done(ok=False) or (isinstance(said, Word) and said.address == address)
+
+        said = self._tried(commands.read(address), mine)
+        return said.value if isinstance(said, Word) else None
+
+    def read_all(self) -> dict[int, int]:
+        """All words by address, as `??` tells them twice; those that differ, or are lost, are asked for one by one.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        once, again = self._dump(), self._dump()
+        words = {address: value for address, value in once.items() if again.get(address) == value}
+        for register in REGISTERS:
+            if register.address not in words:
+                self.damaged += 1
+                value = self._surely(register.address)
+                if value is not None:
+                    words[register.address] = value
+        return words
+
+    def _dump(self) -> dict[int, int]:
+        self._quiet()
+        words: dict[int, int] = {}
+        self._send(commands.READ_ALL)
+        due = self._sent + PACKET_S + 12.0 * self.byte_s
+        while VERSION not in words and (left := due - self.now()) > 0.0:
+            for said, _ in self._hear(left):
+                if isinstance(said, Word) and said.address in BY_ADDRESS:
+                    words[said.address] = said.value
+                    due = self.now() + PACKET_S + 12.0 * self.byte_s
+        self._unsettled = VERSION not in words
+        return words
+
+    def _surely(self, address: int) -> int | None:
+        """The word that two answers, one after the other, tell."""
+        before = self.read(address)
+        for _ in range(_TRIES):
+            value = self.read(address)
+            if value == before:
+                break
+            before = value
+        return before
+
+    def identify(self) -> str:
+        """Find out the firmware; return what a person should know of it.
+
+        Raises
+        ------
+        WrongProtocol
+            What answers is no AWR Microstep, or an unknown firmware.
+        NoAnswer, LinkError
+            Nothing answers.
+        """
+        word = self._surely(VERSION)
+        if word is None:
+            raise WrongProtocol(
+                f"{self.name}: it does not tell its VERSION: check the link, 9600 baud, 8N1, and [drive] kind"
+            )
+        try:
+            self.version = version_of(word)
+            return supported(self.version)
+        except AwrError as error:
+            raise WrongProtocol(f"{self.name}: {error}") from None
+
+    def soft_write(self, register: Register, value: int) -> float:
+        """Write a word in RAM; return the POSIX time at which it was heard.
+
+        Raises
+        ------
+        AwrError
+            This register is never written, or not so.
+        DriveRefused
+            The unit does not take it.
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        address = register.address | RAM
+
+        def mine(said: Response) -> bool:
+            return said == Done(ok=False) or (isinstance(said, Written) and said.address & ~RAM == register.address)
+
+        said = self._tried(commands.soft_write(register, value), mine)
+        if not (isinstance(said, Written) and said.ok):
+            raise DriveRefused(
+                f"the unit does not take {register.name} ({address:02X}) = {value}: `drive show` tells what it holds"
+            )
+        return self._sent + self.delay_s
+
+    def commit(self) -> None:
+        """Have all soft writes kept for good: this wears its EEPROM, so only a person asks for it.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            The unit refuses, or does not say that it has; it is not asked twice.
+        """
+        self._plain(commands.COMMIT, tries=1)
+
+    def discard(self) -> None:
+        """Have all soft writes forgotten.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            The unit refuses, or does not answer.
+        """
+        self._plain(commands.DISCARD)
+
+    def relay(self, number: int, *, on: bool) -> None:
+        """Switch a relay.
+
+        Raises
+        ------
+        AwrError
+            There is no such relay.
+        DriveRefused, NoAnswer, LinkError
+            The unit refuses, or does not answer.
+        """
+        self._plain(commands.relay(number, on=on))
+
+    def status(self) -> Status | None:
+        """Relays and override; None where the firmware does not tell them.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        if self.version < WITH_STATUS:
+            return None
+        said = self._tried(commands.ASK_STATUS, lambda said: isinstance(said, Status))
+        return said if isinstance(said, Status) else None
+
+    def close(self) -> None:
+        """Close the link."""
+        self._drop()
+
+    # The line --------------------------------------------------------------------------------------------------
+
+    _listened = float("-inf")  # POSIX seconds at which it was listened to last
+    _heard = float("-inf")  # POSIX seconds at which something came last
+    _sent = 0.0  # POSIX seconds at which the last command had left
+
+    def _plain(self, body: str, tries: int = _TRIES) -> None:
+        said = self._tried(body, lambda said: isinstance(said, Done), tries)
+        if said != Done(ok=True):
+            raise DriveRefused(f"the unit refuses {body!r}; is its override on? `drive show` tells")
+
+    def _tried(self, body: str, mine: Callable[[Response], bool], tries: int = _TRIES) -> Response:
+        """Ask what does no harm when it is asked twice, again where the answer is lost."""
+        error: LinkError | NoAnswer | None = None
+        for attempt in range(tries):
+            try:
+                self._quiet()
+                return self._answered(body, mine, PACKET_S * 2.0**attempt)
+            except LinkError as lost:
+                self._drop()
+                error = lost
+            except NoAnswer as silent:
+                error = silent
+            self.damaged += 1
+        assert error is not None  # noqa: S101 - there was a try
+        raise error
+
+    def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float = PACKET_S) -> Response:
+        """Send a command and wait for its answer."""
+        self._send(body)
+        due = self._sent + patience_s + 12.0 * self.byte_s + 2.0 * self.delay_s
+        while (left := due - self.now()) > 0.0:
+            self.before_each()
+            for said, packet in self._hear(min(left, self.slice_s)):
+                if mine(said):
+                    self._trips.append(max(0.0, packet.time - self.byte_s - self._sent))
+                    return said
+                self.damaged += 1
+        self._unsettled = True
+        raise NoAnswer(
+            f"{self.name}: no answer to {body!r} within {patience_s:g} s; check port, cable and power, and that the "
+            "line is 9600 baud, 8N1"
+        )
+
+    def _send(self, body: str) -> None:
+        self.before_each()
+        try:
+            self._sent = self._opened().write(commands.packet(body))
+        except LinkError:
+            self._drop()
+            raise
+
+    def _quiet(self) -> None:
+        """Take what has come; where an answer may still be on its way, wait until the line is silent."""
+        wait = PACKET_S if self._unsettled else 0.0
+        for _ in range(_ROUNDS):
+            self.before_each()
+            self._hear(wait)
+            if self.now() - self._heard >= wait * 0.999:
+                break
+        self._unsettled = False
+
+    def _opened(self) -> Link:
+        if self._link is None:
+            self._link = self._open()
+            self._packets = Packets(self.byte_s)
+            self._unsettled = True
+        return self._link
+
+    def _drop(self) -> None:
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+
+
+def _nobody() -> None:
+    """Nobody needs a sign of life."""

@@ -1,0 +1,195 @@
+"""The words of a unit as its driver keeps them: the non-volatile ones, those in RAM, and who wrote which last.
+
+Only RAM is written, and what was written is read back where the unit tells it. A word in RAM that no use is made of
+else, one unit of the acceleration of axis 2, is the cookie: it is lost with the power.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
+from mounts.awr.settings import AwrSettings
+from mounts.awr.speeds import DRIVES, RateWords, Speeds
+from mounts.awr.unit import Unit
+from mounts.errors import DriveRefused
+
+_COOKIE = BY_NAME["max_accel_dec"]
+_TRIES = 3
+_DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
+
+
+class Words:
+    """All words of one unit.
+
+    Parameters
+    ----------
+    unit : Unit
+        The unit.
+    settings : AwrSettings
+        The factory's calibration.
+    """
+
+    def __init__(self, unit: Unit, settings: AwrSettings) -> None:
+        self._unit = unit
+        self._settings = settings
+        self.lasting: dict[int, int] = {}
+        self.ram: dict[int, int] = {}
+        self.tells_ram = True
+        """Whether the unit tells what its RAM holds."""
+        self.last_rate: Register | None = None
+        """The rate register that was written last."""
+
+    def read(self) -> None:
+        """Read all words, the non-volatile ones and those in RAM.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            The unit does not answer.
+        """
+        self.lasting = self._unit.read_all()
+        known, self.ram = self.ram, dict(self.lasting)
+        for address in (register.address for register in REGISTERS if register.writable):
+            value = self._unit.read(address | RAM)
+            self.tells_ram = value is not None
+            if value is None:
+                self.ram |= {key: value for key, value in known.items() if key in BY_ADDRESS}
+                return
+            self.ram[address] = value
+
+    @property
+    def speeds(self) -> Speeds:
+        """What they mean.
+
+        Raises
+        ------
+        AwrError
+            The sidereal rate stands nowhere.
+        """
+        return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def tracks(self) -> int:
+        """The sense in which axis 1 tracks without a program."""
+        return 1 if Flags.of(self.lasting[_DRIVES[1]]).positive else -1
+
+    @property
+    def centre_rate(self) -> float:
+        """Steps a second of CENTRE in the sense in which axis 1 tracks, by its words alone."""
+        return self.speeds.rate("centre_left" if self.tracks > 0 else "centre_right")
+
+    @property
+    def usual(self) -> Speeds:
+        """The same with the drives as they are without a program, so that axis 1 tracks."""
+        return self._speeds_with(*_DRIVES, *_SLEWS)
+
+    @property
+    def resting(self) -> Speeds:
+        """The same with both drives off."""
+        usual = self.usual
+        flags = [BY_NAME[f"{name}_flags"].address for name in DRIVES]
+        return replace(usual, ram={**usual.ram, **{each: usual.ram[each] & ~1 for each in flags}})
+
+    @property
+    def full(self) -> Speeds:
+        """The same with the drives in force, and the slew as fast as it is without a program."""
+        return self._speeds_with(*_SLEWS)
+
+    def _speeds_with(self, *lasting: int) -> Speeds:
+        return Speeds(self._settings, self.lasting, self.ram | {each: self.lasting[each] for each in lasting})
+
+    # Writing ---------------------------------------------------------------------------------------------------
+
+    def soft_write(self, register: Register, value: int) -> float:
+        """Write a word in RAM and read it back; return when it was heard.
+
+        Raises
+        ------
+        AwrError, DriveRefused
+            This register is never written, or not so; the unit does not hold what was written.
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        if register.is_rate:
+            self.last_rate = register
+        for _ in range(_TRIES):
+            heard = self._unit.soft_write(register, value)
+            self.ram[register.address] = value
+            if not self.tells_ram or self._unit.read(register.address | RAM) == value:
+                return heard
+        raise DriveRefused(
+            f"{register.name} was written {value} and reads otherwise; check the line, then `drive reload`"
+        )
+
+    def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
+        """Have a drive go by other words; return those that were in force one after the other, and since when."""
+        went = list[tuple[RateWords, float]]()
+        for part, value in (("counts", words.counts), ("flags", words.flags.word)):
+            register = BY_NAME[f"{DRIVES[axis]}_{part}"]
+            if self.ram.get(register.address) != value:
+                heard = self.soft_write(register, value)
+                went.append((self.speeds.drive_words(axis), heard))
+        return went or [(words, self._unit.now())]
+
+    def read_drive(self, axis: int) -> None:
+        """Read the words of a drive that are in force, as far as the unit tells them."""
+        for address in _DRIVES[2 * axis : 2 * axis + 2]:
+            value = self._unit.read(address | RAM) if self.tells_ram else None
+            if value is not None:
+                self.ram[address] = value
+
+    def drive_flags(self, axis: int) -> int:
+        """The flags in force of a drive."""
+        return self.ram.get(BY_NAME[f"{DRIVES[axis]}_flags"].address, 0)
+
+    # The cookie ------------------------------------------------------------------------------------------------
+
+    def bake(self) -> int:
+        """Write the cookie; return its value.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            As for `soft_write`.
+        """
+        plain = self.lasting[_COOKIE.address]
+        self.soft_write(_COOKIE, plain + 1 if plain < _COOKIE.highest else plain - 1)
+        return self.ram[_COOKIE.address]
+
+    def is_there(self, cookie: int) -> bool:
+        """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
+        value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
+        return value is None or value == cookie
+
+    def was_committed(self) -> bool:
+        """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""
+        plain = self.lasting[_COOKIE.address]
+        value = self._unit.read(_COOKIE.address)
+        return value not in {None, plain} and value == self.ram.get(_COOKIE.address)
+
+    @property
+    def calibration(self) -> int | None:
+        """The non-volatile words of `drive_ra`, from which all rates are reckoned; None before they were read."""
+        counts, flags = (self.lasting.get(address) for address in _DRIVES[:2])
+        return None if counts is None or flags is None else counts << 16 | flags
+
+    # For a person ----------------------------------------------------------------------------------------------
+
+    def differing(self) -> dict[str, tuple[int, int]]:
+        """Words that RAM holds otherwise than the non-volatile memory: by name both, this one first."""
+        return {
+            register.name: (self.ram[register.address], self.lasting[register.address])
+            for register in REGISTERS
+            if register.address in self.lasting and self.ram[register.address] != self.lasting[register.address]
+        }
+
+    def shown(self) -> Mapping[str, str]:
+        """All words by name, as a person reads them."""
+        rows = {}
+        for register in REGISTERS:
+            if register.address in self.lasting:
+                value, here = self.lasting[register.address], self.ram.get(register.address)
+                rows[register.name] = shown(register, value)
+                if here is not None and here != value:
+                    rows[register.name] += f"; in RAM {shown(register, here)}"
+        return rows

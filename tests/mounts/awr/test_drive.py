@@ -1,0 +1,291 @@
+"""The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
+
+import os
+import re
+import statistics
+from contextlib import suppress
+
+import pytest
+from awr_bench import SIDEREAL, STILL, Bench, Line
+
+from mounts.awr.factory import factory
+from mounts.awr.messages import Error
+from mounts.awr.registers import by_name
+from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.drive import AxisSlew
+from mounts.errors import DriveRefused, Unsynchronised
+from transports.errors import LinkError, TransportError
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
+ARCSEC = 0.3  # of a step, of either axis of the example
+
+
+def test_a_path_is_kept_to_an_arcsecond_by_the_drive_registers():
+    bench = Bench()
+    bench.connect()
+    moon = Line(bench.true(), (SIDEREAL * 0.963, 0.37), bench.clock.now())
+    worst = []
+
+    def look(now):
+        wanted = [counts for counts, _ in moon.at(now)]
+        worst.append(max(abs(true - want) for true, want in zip(bench.true(), wanted, strict=True)) * ARCSEC)
+
+    bench.follow(moon, 3600.0 if FULL else 300.0, look)
+    rms = statistics.fmean(each**2 for each in worst) ** 0.5
+    print(f"\nRMS {rms:.3f}″, at most {max(worst):.3f}″ off a path at 0.963 and 0.0074 of the sidereal rate")
+    assert rms < 1.0
+    assert not bench.awr.wear
+
+
+def test_stop_releases_the_keys_and_both_axes_stand_where_they_are_reckoned_to_be():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(4e5, SIDEREAL), AxisSlew(-3e5)], bench.clock.now())
+    for _ in range(8):
+        bench.read()
+        bench.clock.sleep(0.25)
+    bench.drive.stop(bench.clock.now())
+    assert bench.awr.keys == [0, 0]
+    bench.clock.sleep(1.0)
+    before = bench.true()
+    bench.clock.sleep(10.0)
+    assert bench.true() == before
+    reading = bench.read()
+    assert not reading.tracking
+    assert not reading.unsynchronised
+    assert all(abs(off) < axis.uncertainty_counts * 2.0 for off, axis in zip(bench.off(), reading.axes, strict=True))
+
+
+def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_release():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(1e5, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    assert bench.guard.armed
+    while any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+    assert not bench.guard.armed
+    assert "hasten" in bench.guard.told
+    bench.drive.start([AxisSlew(1e5, SIDEREAL), AxisSlew(-5e4)], bench.clock.now())
+    while any(axis.slewing for axis in bench.read().axes):
+        assert not (bench.guard.armed and bench.guard.hasty)  # the next look may be a quarter of a second away
+        bench.clock.sleep(0.25)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    assert bench.guard.told[-1] == "close"
+
+
+def test_without_a_dead_man_no_key_is_pressed():
+    bench = Bench()
+    bench.drive._beside._guardian = None
+    bench.connect()
+    with pytest.raises(DriveRefused, match="dead-man process must stand beside"):
+        bench.slew(1e4, 0.0)
+    assert bench.awr.keys == [0, 0]
+
+
+def test_a_dead_man_that_died_ends_the_goto():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(1e5, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    bench.guard.fate = "it was killed"
+    with pytest.raises(DriveRefused, match="it was killed"):
+        bench.read()
+    bench.clock.sleep(0.1)
+    bench.true()
+    assert bench.awr.keys == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("what", "why"),
+    [
+        (lambda awr: awr.override(stopped=True), "override input stopped"),
+        (lambda awr: awr.reset("watchdog"), "e1 watchdog reset"),
+        (lambda awr: awr.reset("MCLR"), "e6"),
+        (lambda awr: awr.reset("brownout"), "e7"),
+        (lambda awr: awr.press(1, 1), "no key of this program"),
+    ],
+)
+@pytest.mark.parametrize("slewing", [False, True])
+def test_what_voids_dead_reckoning_makes_it_unsynchronised_until_sync(what, why, slewing):
+    bench = Bench()
+    bench.connect()
+    if slewing:
+        bench.drive.start([AxisSlew(0.0, SIDEREAL), AxisSlew(1e5)], bench.clock.now())
+        bench.clock.sleep(0.3)
+    what(bench.awr)
+    for _ in range(4):
+        bench.clock.sleep(0.3)
+        reading = bench.read()
+    assert why in reading.unsynchronised
+    assert bench.awr.keys == [0, 0]
+    with pytest.raises(Unsynchronised, match="sync"):
+        bench.drive.start([AxisSlew(0.0), AxisSlew(0.0)], bench.clock.now())
+    bench.awr.override(stopped=False)
+    bench.read()
+    bench.drive.sync((10.0, 20.0), bench.clock.now())
+    reading = bench.read()
+    assert not reading.unsynchronised
+    assert reading.counts == pytest.approx((10.0, 20.0), abs=60.0)
+
+
+def test_an_event_that_is_lost_makes_it_unsynchronised():
+    bench = Bench()
+    bench.connect()
+    says = bench.awr.says
+
+    def deaf(until):
+        said = says(until)
+        return said if said is None or b"X" not in said[1] else (said[0], b"")
+
+    bench.awr.says = deaf
+    bench.drive.start([AxisSlew(1e4, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    reading = bench.read()
+    assert "did not tell when axis 1 began" in reading.unsynchronised
+    bench.clock.sleep(0.1)
+    bench.true()
+    assert bench.awr.keys == [0, 0]
+
+
+def test_a_division_names_the_register_written_last():
+    bench = Bench()
+    bench.connect()
+    bench.drive.words.soft_write(by_name("guide_left_counts"), 20)
+    bench.awr._say(Error("9"))
+    bench.clock.sleep(0.1)
+    reading = bench.read()
+    assert "guide_left_counts (09)" in reading.alarms[0]
+    assert "drive reload" in reading.alarms[0]
+
+
+def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
+    bench = Bench()
+    bench.connect()
+    bench.drive.close(bench.clock.now(), keep_tracking=True)
+    bench.awr.ram = dict(bench.awr.lasting)
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    again.awr = bench.awr
+    again.line.device = bench.awr
+    assert "switched off and on" in again.connect().unsynchronised
+
+
+def test_the_next_program_goes_on_where_the_drives_have_led():
+    bench = Bench()
+    bench.connect()
+    bench.slew(5e4, 2e4)
+    bench.drive.close(bench.clock.now(), keep_tracking=True)
+    bench.clock.sleep(3600.0)
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    again.awr = bench.awr
+    again.line.device = bench.awr
+    reading = again.connect()
+    assert not reading.unsynchronised
+    assert all(abs(off) < axis.uncertainty_counts for off, axis in zip(again.off(), reading.axes, strict=True))
+
+
+@pytest.mark.parametrize(("address", "word", "why"), [(0, 0x3, "direction senses"), (1, 17000, "drive_ra .01, 02.")])
+def test_words_that_the_position_rests_on_make_it_unsynchronised_when_they_are_changed(address, word, why):
+    bench = Bench()
+    bench.connect()
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    bench.awr.lasting[address] = word
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    again.line.device = bench.awr
+    assert re.search(why, again.connect().unsynchronised)
+
+
+@pytest.mark.parametrize(
+    "opposite",
+    [{"frequency_unit": 2.0}, {"acceleration_unit": 0.5}, {"acceleration_error": -0.4}],
+    ids=str,
+)
+def test_units_that_are_not_as_configured_are_noticed_at_the_first_goto(opposite):
+    bench = Bench(unit=SimulatorSettings(words=factory(), **opposite))
+    bench.connect()
+    bench.drive.start([AxisSlew(2e5, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    while any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+    reading = bench.read()
+    assert "frequency_unit or acceleration_unit" in reading.unsynchronised
+
+
+def test_firmware_that_tells_no_ram_is_driven_all_the_same():
+    bench = Bench(unit=SimulatorSettings(**STILL | {"reads_ram": False, "firmware": 0.59, "execution_s": 0.02}))
+    bench.connect()
+    bench.slew(1e4, -1e4)
+    assert max(map(abs, bench.off())) < 3.0
+    assert any("what its RAM holds" in note for note in bench.drive.notes)
+
+
+def test_at_a_speed_the_keys_of_the_nearest_are_held_until_told_otherwise():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    for _ in range(20):
+        bench.drive.move_at((-1400.0, 1500.0), bench.clock.now())
+        assert bench.guard.armed
+        assert not bench.guard.hasty
+        assert all(axis.slewing for axis in bench.read().axes)
+        bench.clock.sleep(0.1)
+    assert bench.awr.keys == [-1, 1]
+    assert bench.awr.speed == "move"
+    bench.drive.move_at((0.0, 0.0), bench.clock.now())
+    reading = bench.read()
+    assert bench.awr.keys == [0, 0]
+    assert not any(axis.slewing or axis.rate for axis in reading.axes)
+    assert not bench.guard.armed
+    off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
+    assert all(abs(each) < 2.0 * most + 1.0 for each, most in zip(off, stated, strict=True))
+    assert max(stated) < 20.0
+    assert bench.true()[0] < -2500.0
+
+
+def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_were_held():
+    bench = Bench()
+    bench.connect()
+    bench.drive.start([AxisSlew(2e5, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    bench.clock.sleep(0.25)
+    assert bench.read().axes[0].slewing
+    down = {"since": bench.clock.now()}
+    receive, says = bench.line.receive, bench.line.says
+
+    def dead(*_):
+        raise LinkError("unplugged")
+
+    bench.line.receive = bench.line.says = dead
+    while bench.clock.now() < down["since"] + 3.0:
+        with pytest.raises(LinkError):
+            bench.read()
+        bench.clock.sleep(0.25)
+    assert bench.awr.keys[0] == 1
+    assert bench.guard.armed
+    bench.line.receive, bench.line.says = receive, says
+    with suppress(TransportError):
+        bench.read()
+    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    while any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+    reading = bench.read()
+    assert bench.awr.keys == [0, 0]
+    assert not bench.guard.armed
+    off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
+    assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
+
+
+def test_how_late_keys_act_is_learnt_from_the_first_presses_and_remembered():
+    bench = Bench(unit=SimulatorSettings(execution_s=0.12))
+    bench.connect()
+    assert bench.drive.memory["delay_s"] is None
+    bench.slew(2e4, -1e4)
+    bench.slew(4e4, -2e4)
+    assert not bench.read().unsynchronised
+    assert bench.drive.keys.delay_s == pytest.approx(0.12, abs=0.01)
+    assert max(map(abs, bench.off())) < 3.0
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    assert again.drive.keys.delay_s == bench.drive.keys.delay_s
+
+
+def test_a_commit_that_a_damaged_command_made_is_noticed():
+    bench = Bench()
+    bench.connect()
+    bench.awr._obeyed("E")
+    bench.clock.sleep(11.0)
+    bench.read()
+    assert any("nobody asked to commit" in note for note in bench.drive.notes)

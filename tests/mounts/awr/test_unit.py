@@ -1,0 +1,198 @@
+"""The unit behind its link: one command outstanding, events in their time, a bad line."""
+
+import pytest
+from awr_bench import STILL, T0, Mutilating, Wire
+
+from clockdrive.clock import VirtualClock
+from mounts.awr import registers
+from mounts.awr.errors import AwrError
+from mounts.awr.factory import factory
+from mounts.awr.messages import Moving, Override, Status
+from mounts.awr.simulator import SimulatedAwr
+from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.awr.unit import Unit
+from mounts.errors import DriveRefused, WrongProtocol
+from transports.errors import LinkError, NoAnswer
+from transports.memory import MemoryLink
+
+
+def test_it_reads_every_word_in_a_third_of_a_second_and_again():
+    wire = Wire()
+    words = wire.unit.read_all()
+    assert words == {**factory(), 0xFF: 0x0077}
+    assert wire.clock.now() - T0 == pytest.approx(0.68, abs=0.05)
+
+
+def test_events_have_the_time_of_what_they_tell_to_a_tenth_of_a_millisecond():
+    wire = Wire(SimulatorSettings(**STILL | {"execution_s": 0.015}))
+    wire.unit.identify()
+    began = wire.unit.key("1")
+    wire.unit.listen(wire.clock.now() + 1.0)
+    (told,) = wire.unit.events()
+    assert told.event == Moving((False, True))
+    assert told.time == pytest.approx(began + 0.015, abs=1e-4)
+    assert told.early_s == 0.0
+
+
+def test_an_event_behind_an_answer_says_how_much_earlier_it_may_have_been():
+    wire = Wire(SimulatorSettings(**STILL))
+    wire.unit.key("1")
+    wire.unit.listen(wire.clock.now() + 0.1)
+    (told,) = wire.unit.events()
+    assert told.early_s == pytest.approx(5 * 10 / 9600, abs=1e-6)
+
+
+def test_what_comes_between_a_command_and_its_answer_is_kept():
+    wire = Wire()
+    wire.awr.override(stopped=True)
+    assert wire.unit.read(0xFF) == 0x77
+    assert [each.event for each in wire.unit.events()] == [Override(stopped=True)]
+    wire.unit.identify()
+    assert wire.unit.status() == Status(0, override=True)
+    with pytest.raises(DriveRefused, match="override button"):
+        wire.unit.key("1")
+
+
+@pytest.mark.parametrize(("firmware", "hears"), [(0.59, None), (0.72, Status(2, override=False))])
+def test_it_asks_only_for_what_the_firmware_tells(firmware, hears):
+    wire = Wire(SimulatorSettings(firmware=firmware))
+    assert wire.unit.identify() == ""
+    wire.unit.relay(2, on=True)
+    assert wire.unit.status() == hears
+    assert wire.unit.damaged == 0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "said"), [(0.05, "0.05 speaks without packets.*0.54 or later"), (99.99, None), (0.77, None)]
+)
+def test_unknown_firmware_is_named(firmware, said):
+    wire = Wire(SimulatorSettings(firmware=firmware))
+    if said is None:
+        assert ("newer than 0.77" in wire.unit.identify()) is (firmware > 1.0)
+        return
+    with pytest.raises(WrongProtocol, match=said):
+        wire.unit.identify()
+
+
+def test_soft_writes_are_read_back_from_ram_and_wear_nothing():
+    wire = Wire()
+    row = registers.by_name("drive_ra_counts")
+    wire.unit.soft_write(row, 17234)
+    assert wire.unit.read(0x81) == 17234
+    assert wire.unit.read(0x01) == 18000
+    assert not wire.awr.wear
+    wire.unit.discard()
+    assert wire.unit.read(0x81) == 18000
+    wire.unit.soft_write(row, 17000)
+    wire.unit.commit()
+    assert dict(wire.awr.wear) == {1: 1}
+    with pytest.raises(AwrError, match="never written"):
+        wire.unit.soft_write(registers.by_name("crc"), 1)
+
+
+def test_a_unit_that_tells_no_ram_is_believed_nothing_of_it():
+    wire = Wire(SimulatorSettings(reads_ram=False))
+    assert wire.unit.read(0x81) is None
+
+
+def test_nothing_at_the_far_end_is_said_with_what_to_do(monkeypatch):
+    wire = Wire()
+    monkeypatch.setattr(wire.awr, "receive", lambda _data, _t: b"")
+    with pytest.raises(NoAnswer, match=r"cable and power.*9600 baud"):
+        wire.unit.identify()
+
+
+def test_a_late_answer_is_not_taken_for_that_of_the_next_command():
+    wire = Wire()
+    receive, late = wire.awr.receive, []
+
+    def delaying(data, t):
+        late.append(receive(data, t))
+        return b"" if len(late) == 1 else late[-1]
+
+    wire.awr.receive = delaying
+    with pytest.raises(NoAnswer):
+        wire.unit.key("7")
+    wire.line.device = wire.awr
+    wire.awr._queue.append((wire.clock.now() + 0.02, late[0]))  # the Y comes 20 ms after it was given up
+    assert wire.unit.read(0xFF) == 0x77
+    assert wire.unit.damaged == 0
+
+
+def test_a_release_gets_through_a_line_that_loses_a_third_of_all_packets():
+    worst = 0.0
+    for seed in range(60):
+        wire = Wire(seed=seed)
+        wire.unit.key("1")
+        wire.line.garbles = False
+        wire.line.rate = 0.3
+        asked = wire.clock.now()
+        wire.unit.release()
+        wire.awr.advance(wire.clock.now() + 0.1)
+        assert wire.awr.keys == [0, 0]
+        worst = max(worst, wire.clock.now() - asked)
+    print(f"\nthe slowest release of both axes took {worst * 1e3:.0f} ms")
+    assert worst < 0.6
+
+
+def test_a_bad_line_never_tells_a_word_that_is_not_there():
+    for seed in range(40):
+        wire = Wire(seed=seed, rate=0.1)
+        try:
+            words = wire.unit.read_all()
+        except NoAnswer:
+            continue
+        wrong = {a: v for a, v in words.items() if {**factory(), 0xFF: 0x77}.get(a) != v}
+        assert not wrong  # a garbled digit is a digit: only a second look tells
+
+
+def test_a_link_that_is_lost_is_opened_anew_for_a_release():
+    wire = Wire()
+    wire.unit.key("1")
+    wire.unit._link.close()
+    wire.unit.release()
+    wire.awr.advance(wire.clock.now() + 0.1)
+    assert wire.awr.keys == [0, 0]
+
+
+def test_a_link_that_cannot_be_opened_is_said():
+    wire = Wire()
+
+    def no_link():
+        raise LinkError("nobody there; see the cable")
+
+    unit = Unit(no_link, wire.clock)
+    with pytest.raises(LinkError, match="see the cable"):
+        unit.release()
+
+
+def test_debug_text_is_kept_and_disturbs_nothing():
+    wire = Wire(SimulatorSettings(debug=0.5, seed=3))
+    assert wire.unit.read_all()[0xFF] == 0x77
+    assert any(line.startswith("dbg") for line in wire.unit.debug)
+    assert wire.unit.damaged == 0
+
+
+def test_bytes_lost_and_doubled_by_the_unit_itself_are_borne():
+    settings = SimulatorSettings(byte_loss=0.01, byte_doubling=0.01, seed=4)
+    wire = Wire(settings)
+    heard = []
+    for _ in range(50):
+        try:
+            heard.append(wire.unit.read(0x16))
+        except NoAnswer:
+            heard.append(None)
+    assert heard.count(20000) > 40
+
+
+def test_unasked_talk_and_answers_share_a_line():
+    clock = VirtualClock(T0)
+    awr = SimulatedAwr(SimulatorSettings(**STILL), clock.now())
+    link = MemoryLink(Mutilating(awr, 1, 0.0), clock, baud=9600, latency_s=0.0)
+    link.write(b":1#")
+    come, times = b"", []
+    while data := link.read(100, 0.5):
+        come += data
+        times.append(clock.now())
+    assert come == b":Y\r\n#:X01\r\n#"
+    assert times[-1] - times[0] == pytest.approx(11 * 10 / 9600, abs=1e-6)
