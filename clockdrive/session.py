@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NoReturn
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
 from clockdrive.errors import Refused, StateError
 from clockdrive.history import History
-from clockdrive.left_alone import LeftAlone
+from clockdrive.left_alone import LeftAlone, unheld
 from clockdrive.pursuit import Pursuit
-from clockdrive.resting import Rest
+from clockdrive.resting import Holding, inside
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
@@ -51,6 +51,7 @@ _HELD = {"idle": _MOVED_PERIOD_S, "parked": _MOVED_PERIOD_S, "waiting": 1.0}
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
+_NOT_STOPPED = "the drive has no stop: the move that it was making goes on to its end, and no further one is sent"
 _LEFT_ALONE_S = 60.0  # after which it is looked for again
 _HELD_AFTER_S = 10.0  # of being open, so that a look at what rests moves nothing, but where a limit is near
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
@@ -100,12 +101,12 @@ class Session:
         self.history = History()
         self.doing = self._at_rest()
         self.reading: Reading | None = None
-        self.trusted_counts: tuple[float, float] | None = None
+        self._trusted: Reading | None = None  # the last that could be
         self.link_lost_since: float | None = None
         self.trouble = ""
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._opened = -math.inf
-        self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
+        self._holding = Holding(planner)  # of a drive that cannot stop tracking
         self._must_stop = False
         self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
@@ -123,7 +124,8 @@ class Session:
         self._opened = self.clock.now()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped"
+            ended = "the drive was stopped" if self.drive.capabilities.can_stop else _NOT_STOPPED
+            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; {ended}"
             self.note("recovery", self.trouble)
             self.store.end_activity()
         for note in self.drive.notes:
@@ -215,19 +217,35 @@ class Session:
         return self._period
 
     def _held(self) -> float:
-        """Hold a drive that tracks whatever it is told where it was to rest; return the seconds until that is due."""
-        reading, rests = self.reading, self.doing in _HELD and not self.drive.capabilities.can_stop
-        if not rests or reading is None or reading.unsynchronised:
-            self._rest = None
+        """Hold a drive that tracks whatever it is told where it came to rest; return the seconds to the next look."""
+        reading, what = self.reading, self.drive.capabilities
+        if self.doing not in _HELD or what.can_stop or reading is None or reading.unsynchronised:
+            self._holding.end()
             return self._usual_period
-        if self.link_lost_since is not None or (self._rest is None and self._only_looks):
+        if self.link_lost_since is not None:
             return self._usual_period
-        self._rest = self._rest or Rest(reading.counts)
+        if moved := self._holding.moved(reading, what):
+            self.trouble = moved
+            self.note("moved", moved)
+        if self._holding.rest is None and self._only_looks:
+            return self._usual_period
+        rest = self._holding.at(reading, what)
+        if rest is None:
+            return _MOVED_PERIOD_S
         try:
-            return min(self._usual_period, self.drive.follow(self._rest, self.clock.now()))
+            return min(self._usual_period, self.drive.follow(rest, self.clock.now()))
         except TransportError as error:
             self._link_lost(error)
             return self._usual_period
+
+    def held_at(self, angles: tuple[float, float]) -> tuple[float, float]:
+        """Axis angles, radians, near to these at which the drive can be held within all limits, once it is there."""
+        what, (one, two) = self.drive.capabilities, self.planner.axes
+        if what.can_stop:
+            return angles
+        wanted = one.gearing.counts(angles[0]), two.gearing.counts(angles[1])
+        held = inside(self.planner, wanted, self.clock.now(), what)
+        return angles if held == wanted else self.planner.angles(held)
 
     @property
     def _only_looks(self) -> bool:
@@ -239,13 +257,29 @@ class Session:
 
     @property
     def left_alone(self) -> LeftAlone | None:
-        """What comes of a drive that tracks whatever it is told, when nobody holds it; None for one that stops."""
-        reading, rate = self.reading, self.drive.capabilities.goes_on_at
-        if not rate or reading is None or reading.unsynchronised:
+        """What comes of a drive that tracks whatever it is told, when nobody holds it; None for one that stops.
+
+        From where it was last known to be; None where that was never so since this program began.
+        """
+        reading, rate = self._trusted, self.drive.capabilities.goes_on_at
+        if not rate or reading is None:
             return None
         if self._left_alone is None or not 0.0 <= reading.time - self._left_alone.time < _LEFT_ALONE_S:
             self._left_alone = LeftAlone.of(self.planner, reading, rate)
         return self._left_alone
+
+    @property
+    def unheld(self) -> str:
+        """What comes of a drive that tracks on, and is not held because nobody knows where it is; or nothing."""
+        reading = self.reading
+        if not self.drive.capabilities.goes_on_at or reading is None or not reading.unsynchronised:
+            return ""
+        return unheld(self.left_alone, self.clock.now())
+
+    @property
+    def trusted_counts(self) -> tuple[float, float] | None:
+        """Where the axes were when that was last known."""
+        return None if self._trusted is None else self._trusted.counts
 
     def poll(self) -> Reading | None:
         """Read the drive and check it; None while the link is silent.
@@ -315,7 +349,7 @@ class Session:
         self.reading = reading
         self.history.add(reading)
         if not reading.unsynchronised:
-            self.trusted_counts = reading.counts
+            self._trusted = reading
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
         with self.store.together():
             self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
@@ -516,7 +550,7 @@ class Session:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What stands and a person must act on."""
-        return tuple(text for text in (self.sun_warning, self.surroundings.stepped) if text)
+        return tuple(text for text in (self.sun_warning, self.surroundings.stepped, self.unheld) if text)
 
     def begin(self, activity: Activity) -> None:
         """Begin a slew; it is on the disk before anything moves."""
