@@ -51,7 +51,6 @@ _HELD = {"idle": _MOVED_PERIOD_S, "parked": _MOVED_PERIOD_S, "waiting": 1.0}
 _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offsets reach 1.4°
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
-_NOT_STOPPED = "the drive has no stop: the move that it was making goes on to its end, and no further one is sent"
 _LEFT_ALONE_S = 60.0  # after which it is looked for again
 _HELD_AFTER_S = 10.0  # of being open, so that a look at what rests moves nothing, but where a limit is near
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
@@ -124,7 +123,7 @@ class Session:
         self._opened = self.clock.now()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            ended = "the drive was stopped" if self.drive.capabilities.can_stop else _NOT_STOPPED
+            ended = "the drive was stopped" if self.drive.capabilities.can_stop else "no command ends its last move"
             self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; {ended}"
             self.note("recovery", self.trouble)
             self.store.end_activity()

@@ -164,7 +164,8 @@ class AvrBoxDrive:
             return
         axis = self.axes[0]
         rates = self._tracker.rates
-        doubt = away * rates.own * _UNATTENDED + min(away, _GUIDED_S) * (rates.faster - rates.own)
+        unsure = _UNATTENDED if self._settings.encoder_counts_per_turn else 1.0  # it may have been switched off
+        doubt = away * rates.own * unsure + min(away, _GUIDED_S) * (rates.faster - rates.own)
         here = axis.at(time)
         axis.known(here.counts, time, here.uncertainty + max(0.0, doubt))
         degrees = away * rates.own / self._settings.steps_per_turn[0] * 360.0

@@ -8,7 +8,7 @@ from avr_bench import COUNT, SETTINGS, SIDEREAL, T0, Bench, Line, like
 
 from mounts.avr_box.commands import COMMANDS
 from mounts.avr_box.simulator import SimulatedAvrBox
-from mounts.avr_box.supervision import MAY_RUN, SWITCHED
+from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
 from transports.errors import LinkError
@@ -85,6 +85,36 @@ def test_a_box_that_was_switched_off_while_no_program_ran_is_unsynchronised_for_
     fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=(5, 5))
     again = Bench(memory=memory, box=fresh, clock=bench.clock)
     assert again.connect().unsynchronised == SWITCHED
+
+
+@pytest.mark.parametrize("turned", [30_000, -300_000, 3_000_000])
+def test_a_box_that_was_switched_off_and_turned_by_hand_overnight_is_unsynchronised_where_its_encoders_were_near_zero(
+    turned,
+):
+    bench = opened()
+    bench.follow(Line((0.0, 0.0), (0.0, 0.0), bench.clock.now()), 30.0)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(12 * 3600.0)
+    fresh = SimulatedAvrBox(
+        bench.box.settings, bench.clock.now() - 30.0, bench.box.steps_per_turn, positions=(turned, turned)
+    )
+    assert Bench(memory=memory, box=fresh, clock=bench.clock).connect().unsynchronised == SWITCHED
+
+
+@pytest.mark.parametrize(("seconds", "why"), [(12 * 3600.0, ABSENT), (30.0, "")])
+def test_without_encoders_a_box_left_alone_is_believed_for_a_minute_with_all_that_it_tracks(seconds, why):
+    blind = replace(SETTINGS, encoder_counts_per_turn=0)
+    bench = Bench(blind)
+    bench.connect()
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(seconds)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn)
+    reading = Bench(blind, memory=memory, box=fresh, clock=bench.clock).connect()
+    assert reading.unsynchronised == why
+    if not why:  # its tracking may have been off with it
+        assert abs(reading.counts[0] - fresh.true_position(1)) <= reading.axes[0].uncertainty_counts
 
 
 def test_a_box_that_was_switched_on_is_given_its_flags_by_a_sync():
