@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from clockdrive.safety import moved_by_others
 from mounts.drive import Capabilities, Reading
+from pointing.plan import Axis
 from pointing.planner import Planner
 
 _HOLDS = 2.0  # widths of the holding beyond which it was moved by something else
@@ -16,7 +17,7 @@ _MOVED = (
     "{} was found {:.2f}° from where it rested, moved by nothing that this program sent; it rests where it is now, "
     "and nothing leads it back but `goto` or `park`"
 )
-_PARTS = 8  # of a width, by which a place is moved into the limits
+_PARTS = 8  # of a width, that are left before the limit ahead: four seconds of tracking
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Holding:
     Parameters
     ----------
     planner : Planner
-        Knows the limits.
+        Knows the travel of the axes.
     """
 
     def __init__(self, planner: Planner) -> None:
@@ -72,29 +73,21 @@ class Holding:
             self.end()
         elif self.rest is None:
             unsure = min(reading.axes[0].uncertainty_counts, capabilities.rests_within)
-            self.rest = Rest(inside(self._planner, reading.counts, reading.time, capabilities, unsure))
+            self.rest = Rest(inside(self._planner.axes[0], reading.counts, capabilities, unsure))
         return self.rest
 
 
 def inside(
-    planner: Planner,
-    counts: tuple[float, float],
-    time: float,
-    capabilities: Capabilities,
-    unsure: float = 0.0,
+    axis: Axis, counts: tuple[float, float], capabilities: Capabilities, unsure: float = 0.0
 ) -> tuple[float, float]:
-    """The place nearest to `counts` at which axis 1 can be held within all limits; `counts` where there is none near.
+    """The place nearest to `counts` from which axis 1 can be held within its travel; `counts` itself if none is near.
 
     It is held to the side from which it tracks, over `rests_within`, and known to `unsure` counts.
     """
     one, two = counts
-    onwards = 1.0 if capabilities.goes_on_at > 0.0 else -1.0
     width = capabilities.rests_within
-
-    def allowed(place: float) -> bool:
-        ends = place + onwards * unsure, place - onwards * (width + unsure)
-        return all(check.ok for end in ends for check in planner.standing(planner.angles((end, two)), time))
-
-    shifts = sorted(range(-_PARTS * 2, _PARTS * 2 + 1), key=abs)
-    places = (one - onwards * shift * width / _PARTS for shift in shifts)
-    return next((place for place in places if allowed(place)), one), two
+    behind, ahead = width + unsure, width / _PARTS + unsure
+    low, high = sorted((axis.gearing.counts(axis.minimum), axis.gearing.counts(axis.maximum)))
+    before, after = (behind, ahead) if capabilities.goes_on_at > 0.0 else (ahead, behind)
+    place = min(max(one, low + before), high - after)
+    return (place if abs(place - one) <= _HOLDS * width else one), two

@@ -238,12 +238,12 @@ class Session:
             return self._usual_period
 
     def held_at(self, angles: tuple[float, float]) -> tuple[float, float]:
-        """Axis angles, radians, near to these at which the drive can be held within all limits, once it is there."""
+        """Axis angles, radians, near to these at which the drive can be held within its travel, once it is there."""
         what, (one, two) = self.drive.capabilities, self.planner.axes
         if what.can_stop:
             return angles
         wanted = one.gearing.counts(angles[0]), two.gearing.counts(angles[1])
-        held = inside(self.planner, wanted, self.clock.now(), what)
+        held = inside(one, wanted, what)
         return angles if held == wanted else self.planner.angles(held)
 
     @property

@@ -13,6 +13,7 @@ from telescope_bench import T0, Witness, star_at
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
 from mounts.errors import DriveError, DriveRefused
+from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
 from transports.errors import LinkError
 
@@ -127,6 +128,7 @@ def test_a_parked_telescope_is_held_and_crosses_no_limit(tmp_path, where):
     print(f"\n{PARKED_H:g} h parked at {parked}°: axis 1 between {min(angles):.4f}° and {max(angles):.4f}°")
     assert max(angles) < 170.0
     assert min(angles) > max(parked - 0.15, -170.0)
+    assert max(angles) < parked + 0.13
     assert status["doing"] == "parked"
     assert status["trouble"] == ""
 
@@ -408,3 +410,15 @@ def test_half_a_command_is_left_by_the_power_switch_and_a_sync(tmp_path):
         assert scope.status().json["synchronised"]
         scope.goto(star)
         assert scope.status().json["doing"] == "tracking"
+
+
+def test_what_it_cannot_do_is_refused_with_the_bound(tmp_path):
+    with opened(tmp_path, axis1__max_deg=30.0, limits__horizon_deg=-5.0) as scope:
+        moves = moves_of(scope)
+        with pytest.raises(Refused, match=r"axis ?1 goes at up to ±0\.236°/s"):
+            scope.jog(1, 0.5, 2.0)
+        with pytest.raises(Unreachable, match="axis1"):
+            scope.goto("hadec:35,0")
+        with pytest.raises(Unreachable, match="horizon"):
+            scope.goto("altaz:180,-20")
+        assert not moves
