@@ -345,7 +345,9 @@ class Session:
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
-        self.reading = reading
+        was_held, self.reading = not self.unheld, reading
+        if was_held and self.unheld:
+            self.note("not held", self.unheld)
         self.history.add(reading)
         if not reading.unsynchronised:
             self._trusted = reading
