@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 from mounts.tc410.registers import COUNTS_PER_SECOND
-from pointing.plan import Axis, AxisPlan
-from pointing.slew import Waiting
+from pointing.plan import Axis, AxisPlan, Trims
+from pointing.slew import Parted, Travel, Waiting
 
 
 def velocity_register(counts_s: float) -> int:
@@ -26,6 +26,7 @@ def planned(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
         **_counted(axis, plan.from_counts, "from"),
         **_counted(axis, plan.target_counts, "target"),
         "travel_s": plan.travel.duration,
+        **_parted(plan.travel),
         "rate_deg_s": math.degrees(plan.rate),
         **register(axis, plan.rate),
         **_pressed(axis, plan),
@@ -48,7 +49,9 @@ def register(axis: Axis, rate: float) -> dict[str, Any]:
     counts = rate * axis.gearing.counts_per_radian
     if axis.units == "counts":
         return {"velocity_register": velocity_register(counts)}
-    return {} if axis.trims is None else _trimmed(axis.trims, counts)
+    if axis.trims is not None:
+        return _trimmed(axis.trims, counts)
+    return {"single_step_every_s": round(1.0 / abs(counts), 4)} if axis.units == "microsteps" and counts else {}
 
 
 def _pressed(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
@@ -71,13 +74,27 @@ def _pressed(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
     }
 
 
-def _trimmed(trims: tuple[float, float, float], counts_s: float) -> dict[str, Any]:
-    """The part of the time for which it is made faster, or slower where negative, and what short moves must add."""
-    slower, own, faster = trims
-    reached = min(max(counts_s, min(trims)), max(trims)) if counts_s else own
-    quicker = (reached - own) / (faster - own)
-    duty = quicker if quicker >= 0.0 else -(reached - own) / (slower - own)
-    return {"guide_duty": round(duty, 4), "short_moves_counts_s": round(counts_s - reached, 4)}
+def _trimmed(trims: Trims, counts_s: float) -> dict[str, Any]:
+    """How its own rate is trimmed, by which commands, and what short moves must add."""
+    ticks = trims.ticks(counts_s)
+    return {
+        "guide_duty": round(trims.duty(counts_s), 4),
+        "guide_command": "+" if ticks > 0 else "-" if ticks < 0 else None,
+        "guide_ticks": abs(ticks),
+        "guide_every_s": trims.every_s,
+        "short_moves_counts_s": round(counts_s - trims.reached(counts_s), 4),
+    }
+
+
+def _parted(travel: Travel) -> dict[str, Any]:
+    """In how many moves a drive goes that cannot stop one, and what that costs."""
+    if not isinstance(travel, Parted):
+        return {}
+    return {
+        "moves": len(travel.pieces),
+        "longest_move_s": max((piece.duration for piece in travel.pieces), default=0.0),
+        "moves_cost_s": travel.duration - travel.in_one_s,
+    }
 
 
 def _counted(axis: Axis, counts: float, name: str) -> dict[str, Any]:

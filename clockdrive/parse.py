@@ -324,22 +324,23 @@ def duration(text: str) -> float:
     return seconds
 
 
-def counts(text: str, high: int = 0xFFFFFF) -> tuple[int, int]:
+def counts(text: str, low: int = 0, high: int = 0xFFFFFF) -> tuple[int, int]:
     """Counts of both axes from `C1,C2`, decimal or 0x….
 
     Raises
     ------
     InputError
-        They are not two whole numbers from 0 to `high`.
+        They are not two whole numbers from `low` to `high`.
     """
-    fields = text.split(",")
+    fields = text.replace("−", "-").split(",")
     try:
         first, second = (int(field.strip(), 0) for field in fields)
     except ValueError:
-        first, second = -1, -1
-    if not (0 <= first <= high and 0 <= second <= high):
+        first, second = low - 1, low - 1
+    if not (low <= first <= high and low <= second <= high):
+        middle = (low + high + 1) // 2
         raise InputError(
-            f"{_short(text)} is not C1,C2, two whole numbers from 0 to {high}: "
-            "write 8388608,8388608 or 0x800000,0x800000"
+            f"{_short(text)} is not C1,C2, two whole numbers from {low} to {high}: "
+            f"write {middle},{middle} or 0x{middle:x},0x{middle:x}"
         )
     return first, second

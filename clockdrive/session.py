@@ -52,6 +52,7 @@ _LARGEST_ERROR_DEG = 2.0  # that tracking may close by itself; a person's offset
 _LED = "has become fast: it is followed by direct speed control, with the dead-man process beside it"
 _NOT_LED = "is slow again: it is left to the drive's own tracking"
 _LEFT_ALONE_S = 60.0  # after which it is looked for again
+_HELD_AFTER_S = 10.0  # of being open, so that a look at what rests moves nothing, but where a limit is near
 _STALE_PLAN_S = 0.05  # a plan that took longer to make is made again
 _STALE_LED_S = 0.3  # one whose motion begins later by itself may take longer
 
@@ -103,6 +104,7 @@ class Session:
         self.link_lost_since: float | None = None
         self.trouble = ""
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
+        self._opened = -math.inf
         self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
         self._must_stop = False
         self._unstopped_because = ""
@@ -118,9 +120,11 @@ class Session:
         for text in self.surroundings.open(self.clock.now()):
             self.note("surroundings", text)
         cut_short = self.store.activity()
+        self._opened = self.clock.now()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped"
+            ended = "the drive was stopped" if self.drive.capabilities.can_stop else "no command ends its last move"
+            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; {ended}"
             self.note("recovery", self.trouble)
             self.store.end_activity()
         for note in self.drive.notes:
@@ -136,10 +140,13 @@ class Session:
         """Leave the drive safe; return whether it goes on tracking.
 
         With `keep_tracking` a drive that holds its rate alone goes on at it, bounded by its own soft limits, which
-        were written and read back; any other is stopped. One that cannot be stopped tracks on in any case.
+        were written and read back; any other is stopped, but for what was found tracking by itself and is left so.
+        One that cannot be stopped tracks on in any case.
         """
-        led = self.pursuit is not None and self.pursuit.led
-        keep = keep_tracking and self.doing == "tracking" and self.drive.capabilities.holds_rate_alone and not led
+        capabilities, pursuit = self.drive.capabilities, self.pursuit
+        bounded = capabilities.bounds_itself or pursuit is None
+        led = pursuit is not None and pursuit.led
+        keep = keep_tracking and self.doing == "tracking" and capabilities.holds_rate_alone and bounded and not led
         self.pursuit = None
         try:
             self.drive.close(self.clock.now(), keep_tracking=keep)
@@ -214,7 +221,7 @@ class Session:
         if not rests or reading is None or reading.unsynchronised:
             self._rest = None
             return self._usual_period
-        if self.link_lost_since is not None:
+        if self.link_lost_since is not None or (self._rest is None and self._only_looks):
             return self._usual_period
         self._rest = self._rest or Rest(reading.counts)
         try:
@@ -222,6 +229,14 @@ class Session:
         except TransportError as error:
             self._link_lost(error)
             return self._usual_period
+
+    @property
+    def _only_looks(self) -> bool:
+        """Whether it may be closed again before what rests must be held."""
+        due = self._opened + _HELD_AFTER_S
+        left = self.left_alone
+        near = left is not None and left.limit is not None and left.limit < due + _LEFT_ALONE_S
+        return self.clock.now() < due and not near
 
     @property
     def left_alone(self) -> LeftAlone | None:

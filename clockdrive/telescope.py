@@ -792,7 +792,7 @@ class Telescope:
     def tracks_alone(self) -> bool:
         """Whether its drive goes on tracking without this program."""
         capabilities = self._session.drive.capabilities
-        return capabilities.holds_rate_alone or not capabilities.can_stop
+        return (capabilities.holds_rate_alone and capabilities.bounds_itself) or not capabilities.can_stop
 
     @property
     def is_tracking(self) -> bool:

@@ -27,6 +27,7 @@ class Capabilities:
     holds_rate_alone: bool  # goes on tracking when the host is gone
     units: Units
     goes_on_at: float = 0.0  # counts per second that axis 1 tracks with, whatever it is told
+    bounds_itself: bool = True  # by soft limits of its own, that were written and read back
     rests_within: float = 0.0  # counts to either side by which an axis at rest may be held off its place
 
 

@@ -6,7 +6,7 @@ Angles are radians, times POSIX seconds, rates per second; `counts` are the driv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pointing.errors import PointingError
 from pointing.gearing import Gearing
@@ -28,6 +28,30 @@ _SETTLED_DEG = 1e-9  # 3.6 µas
 _LANDED_DEG = 1.0 / 3600.0
 
 
+class Trims(NamedTuple):
+    """How the tracking of an axis that goes on by itself can be trimmed: by commands that each last some ticks."""
+
+    slower: float  # counts per second
+    own: float
+    faster: float
+    every_s: float  # from one command to the next
+    tick_s: float
+
+    def reached(self, counts_s: float) -> float:
+        """The rate nearest to one that is wanted; its own where it is to rest."""
+        return min(max(counts_s, min(self[:3])), max(self[:3])) if counts_s else self.own
+
+    def duty(self, counts_s: float) -> float:
+        """The part of the time for which it is made faster, or slower where negative."""
+        more = self.reached(counts_s) - self.own
+        quicker = more / (self.faster - self.own)
+        return quicker if quicker >= 0.0 else -more / (self.slower - self.own)
+
+    def ticks(self, counts_s: float) -> int:
+        """Ticks of each command, negative where it makes the axis slower."""
+        return round(self.duty(counts_s) * self.every_s / self.tick_s)
+
+
 @dataclass(frozen=True)
 class Axis:
     """One axis: its gearing, the travel it is allowed, radians, and what its drive counts in."""
@@ -38,8 +62,8 @@ class Axis:
     maximum: float
     units: Units = "counts"
     fastest: float = math.inf  # radians per second at which its drive can follow; what is led has limits of its own
-    trims: tuple[float, float, float] | None = None
-    """Counts per second to which its tracking can be trimmed: slower, left alone, faster; None for a free rate."""
+    trims: Trims | None = None
+    """How its tracking can be trimmed; None for a free rate."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):

@@ -1,7 +1,8 @@
 """How long an axis travels: what the planner asks of each drive, so that `pointing` needs nothing of `mounts`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeGuard
+from typing import Protocol, TypeGuard, runtime_checkable
 
 _ROUNDS = 60  # in which the beginning of a travel that waits is found
 _SAME_S = 1e-6
@@ -127,3 +128,27 @@ def arriving(model: SlewModel, start: float, start_rate: float, target: float, r
         wait = later
         travel = travelled(model, start + start_rate * wait, start_rate, target, rate, due - wait)
     return soonest
+
+
+class Part(Protocol):
+    """One move of a slew."""
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        ...
+
+
+@runtime_checkable
+class Parted(Protocol):
+    """A travel of several moves, as no command ends one."""
+
+    @property
+    def pieces(self) -> Sequence[Part]:
+        """The moves, in order."""
+        ...
+
+    @property
+    def in_one_s(self) -> float:
+        """Seconds that one move of all its steps would last."""
+        ...

@@ -80,6 +80,7 @@ class FaultWitness(ApoWitness):
         self.broken: list[str] = []
         self.worst = (0.0, 0.0)  # |reported − true| and the uncertainty stated, degrees
         self.readings = self.unsynchronised = self.excused = 0
+        self.turned: dict[int, list[float]] = {}  # by axis: the steps in which its clock has been set wrong
         self.stepped: dict[int, list[float]] = {}  # by axis: when somebody set its clock
         self._events: list[Event] = []
         self._truth: list[tuple[list[float], list[tuple[Piece, float]]]] = [([], []) for _ in scope.simulator.axes]
@@ -231,14 +232,25 @@ def _happening(kind: str, i: int, start: float, witness: FaultWitness, chance: r
 
     def turn(seconds: float) -> None:
         axis.clock.setting += seconds
+        witness.turned.setdefault(i, []).append(seconds)
         witness.stepped.setdefault(i, []).append(axis.clock.posix(axis.count))
+
+    def turn_back(seconds: float) -> None:
+        if seconds in witness.turned.get(i, ()):  # and nobody has set it right meanwhile
+            turn(-seconds)
+            for each in (seconds, -seconds):
+                witness.turned[i].remove(each)
+
+    def set_right() -> None:
+        axis.clock.set(start, axis.settings.clock_offset_s)
+        witness.turned[i] = []
 
     if kind.startswith("restart"):
         lost = {"loses_position": kind.endswith("position"), "loses_clock": kind.endswith("clock")}
         begin = lambda: axis.restart(start, **lost)  # noqa: E731 - it is one of a pair
-        return begin, (lambda: axis.clock.set(start)) if lost["loses_clock"] else _nothing
+        return begin, set_right if lost["loses_clock"] else _nothing
     if kind in CLOCK_STEPS:
-        return (lambda: turn(CLOCK_STEPS[kind])), lambda: turn(-CLOCK_STEPS[kind])
+        return (lambda: turn(CLOCK_STEPS[kind])), lambda: turn_back(CLOCK_STEPS[kind])
     if kind == "limit switch":
         side = chance.choice((-1, 1))
         return lambda: axis.press_limit(side), axis.release_limits

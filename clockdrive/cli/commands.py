@@ -29,7 +29,7 @@ def plan(args: argparse.Namespace) -> None:
     at = parse.utc(args.at or "now", time.time())
     if args.start is not None:
         configuration = configuration_of(args.config)
-        counts, drift = parse.counts(args.start), planning.drift_of(**_rate(args))
+        counts, drift = parse.counts(args.start, *planning.counted(configuration)), planning.drift_of(**_rate(args))
         answer = planning.plan_from(
             configuration, _target(args), at, counts, instrument=args.instrument, drift=drift, **_hold(args)
         ).json
@@ -90,8 +90,8 @@ def goto(args: argparse.Namespace) -> None:
 
 
 _STOPS = (
-    "this drive does not track by itself: the telescope is stopped on arrival; say `--for TIME`, or have `clockdrive "
-    "run` in another terminal go on with it"
+    "this drive does not track by itself within limits of its own: the telescope is stopped on arrival; say `--for "
+    "TIME`, or have `clockdrive run` in another terminal go on with it"
 )
 
 

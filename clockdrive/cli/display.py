@@ -207,7 +207,7 @@ def _axis(axis: Mapping[str, Any]) -> str:
     elif "from_deg" in axis:
         parts.append(f"drive {axis['from_deg']:.6f}° → {axis['target_deg']:.6f}°")
     if "travel_s" in axis:
-        parts.append(f"travel {axis['travel_s']:.3f} s")
+        parts.append(f"travel {axis['travel_s']:.3f} s{_moves(axis)}")
     return "  ".join((*parts, f"then {axis['rate_deg_s']:+.8f}°/s{_register(axis)}"))
 
 
@@ -252,11 +252,23 @@ def _position(axis: Mapping[str, Any]) -> str:
     return f"{axis['counts']:.2f} ± {axis['uncertainty_counts']:.1f} counts"
 
 
+def _moves(axis: Mapping[str, Any]) -> str:
+    """Of a drive that cannot stop a move: how many there are, and what that costs."""
+    if "moves" not in axis:
+        return ""
+    longest, cost = axis["longest_move_s"], axis["moves_cost_s"]
+    return f" in {axis['moves']} moves of up to {longest:.1f} s, which takes {cost:.1f} s longer than one"
+
+
 def _register(axis: Mapping[str, Any]) -> str:
     if "guide_duty" in axis:
         moves = axis["short_moves_counts_s"]
         beside = f" and short moves of {moves:+.1f} counts/s" if moves else ""
-        return f", guided {axis['guide_duty']:+.1%} of the time{beside}"
+        command, ticks, every = axis["guide_command"], axis["guide_ticks"], axis["guide_every_s"]
+        by = f" (`{command}` of {ticks} ticks every {every:g} s)" if command else ""
+        return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}"
+    if "single_step_every_s" in axis:
+        return f", a microstep every {axis['single_step_every_s']:.2f} s"
     return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
 
 

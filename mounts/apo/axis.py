@@ -14,10 +14,11 @@ from typing import TypeVar
 from mounts.apo import tai
 from mounts.apo.clock_offset import ClockLine, ClockOffset
 from mounts.apo.commands import Kind, command
+from mounts.apo.confirming import Confirming
 from mounts.apo.controller import Controller, Timed
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.node_queue import NodeQueue, PathNode
-from mounts.apo.readings import Drift, Status, continues
+from mounts.apo.readings import Drift, Status
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
@@ -25,15 +26,13 @@ from transports.errors import LinkError, NoAnswer, WrongAnswer
 
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
-_ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
-_FORESEEN = 3e-5  # degrees, or degrees per second, by which an answer may be elsewhere and is not asked for again
-_JOLTS = 20.0  # times the configured acceleration, between two answers: a servo changes its velocity in steps
 _FORGETS = 0.8  # from answer to answer, of how late one was
-_LATE_S = 0.01
-_STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
-_PRINTED_DEG_S = 5e-6  # of a velocity, which a drift goes on at
 _PRINTED_S = 0.001
+
+
+STANDS_DEG_S = 1e-4
+"""Below which an axis stands."""
 
 
 @dataclass(frozen=True)
@@ -74,19 +73,20 @@ class ControlledAxis:
         self.settings = settings
         self.offset = ClockOffset()
         self.queue = NodeQueue()
+        self.confirming = Confirming(self.queue, self.offset, settings.acceleration_deg_s2)
         self.sight: Sight | None = None
         self.latched = StatusWord(0, kind)
         """The sticky bits seen since the last INIT: on the SDSS to read them is to clear them."""
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
-        self.jumped_deg = 0.0
-        """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
-        self._raw_at = 0.0  # POSIX seconds before which it was not given
-        self._raw: Drift | None = None  # the last answer that told position and time
-        self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
+        self.led = False
+        """Whether it was given somewhere to go since it was last seen at rest."""
+        self.answered = 0.0
+        """POSIX seconds of the last answer to a node."""
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._slew_clock = ClockLine()  # by which they are timed
+        self._timed_by = ClockLine()  # the last node
         self._delay_s = 0.0  # of the answers lately, besides their time on the line
 
     @property
@@ -114,12 +114,14 @@ class ControlledAxis:
         TransportError
             It does not answer; the text names the axis.
         """
-        timed = self.asked(lambda: self._plausible(self._status))
+        timed = self.asked(lambda: self.confirming.asked(self._status))
         status, posix = timed.value, self._seen(timed)
         rate = status.velocity_deg_s * (1.0 + self.offset.line.gain)
-        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self._unconfirmed_deg
+        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self.confirming.off_deg
         self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
+        if abs(rate) < STANDS_DEG_S and not self.word.restarted and self.queue.rests_from(posix):
+            self.led = False
         return self.sight
 
     def _status(self) -> Timed[Status]:
@@ -132,60 +134,13 @@ class ControlledAxis:
 
     def drift(self) -> PathNode:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
-        timed = self.asked(lambda: self._plausible(self.controller.drift))
+        timed = self.asked(lambda: self.confirming.asked(self.controller.drift))
         posix = self._seen(timed)
         rate = timed.value.velocity_deg_s * (1.0 + self.offset.line.gain)
         line = PathNode(posix, timed.value.position_deg, rate)
         self._waiting.clear()
         self.queue.begin(line)
         return line
-
-    def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
-        """Ask until an answer is what was foreseen, or another on its heels follows from it.
-
-        A digit that noise has made into another is no error that a line without checksums shows.
-        """
-        before: Drift | None = None
-        hardest = self.settings.acceleration_deg_s2 * _JOLTS
-        for attempt in range(_ASKED_AGAIN):
-            try:
-                timed = ask()
-            except MalformedReply:
-                if attempt == _ASKED_AGAIN - 1:
-                    raise
-                continue
-            in_time = attempt == _ASKED_AGAIN - 1 or self._is_in_time(timed)  # an earlier answer echoes the same
-            confirmed = before is not None and in_time and continues(before, timed.value, hardest)
-            off = 0.0 if confirmed else self._unforeseen(timed)
-            if off is not None:
-                self._unconfirmed_deg = off
-                if confirmed and self._raw is not None:
-                    self._judge_jump(self._raw, timed)
-                self._raw, self._raw_at = timed.value, timed.sent
-                return timed
-            before = timed.value
-        raise WrongAnswer(
-            f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
-            f"{before.position_deg if before else 0.0:.7f}°; check cable and baud rate"
-        )
-
-    def _unforeseen(self, timed: Timed[_D]) -> float | None:
-        """Degrees by which an answer is off the path, or, without one, off the line of the answer before.
-
-        None where that, or the velocity, is so much that it must be confirmed.
-        """
-        told, before, clock = timed.value, self._raw, self.offset.line
-        if before is None or not (told.clock_is_set and before.clock_is_set and self._is_in_time(timed)):
-            return None
-        elapsed = math.remainder(told.time_tai_s - before.time_tai_s, tai.DAY_S)
-        position = before.position_deg + before.velocity_deg_s * elapsed
-        time = tai.posix(told.time_tai_s, timed.received) - clock.at(timed.received)
-        position, velocity = self.queue.at(time) or (position, before.velocity_deg_s * (1.0 + clock.gain))
-        unsure = _PRINTED_S + self.offset.uncertainty_s
-        off, gained = abs(told.position_deg - position), abs(told.velocity_deg_s * (1.0 + clock.gain) - velocity)
-        by_the_clock = abs(velocity) * unsure, self.settings.acceleration_deg_s2 * unsure
-        drifted = self.queue.drifted_s(time) * _PRINTED_DEG_S
-        return off if max(off - by_the_clock[0] - drifted, gained - by_the_clock[1]) <= _FORESEEN else None
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
@@ -196,30 +151,9 @@ class ControlledAxis:
         self.clock_stepped |= self.offset.see(told, timed.sent, timed.began)
         return told - self.offset.value
 
-    def _is_in_time(self, timed: Timed[_D]) -> bool:
-        """Whether an answer tells a time at which it can have been given, as far as the clock is known."""
-        if not self.offset.known or not timed.value.clock_is_set:
-            return True
-        told = tai.posix(timed.value.time_tai_s, timed.received) - self.offset.value
-        unsure = self.offset.uncertainty_s + _LATE_S
-        return timed.sent - unsure <= told <= timed.received + unsure
-
-    def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
-        """Note how far the position is from where the axis can have come since the last one, by the host's time.
-
-        From the request of that to the end of this answer it has had the longest time: either may have been under way
-        for as long as the host was busy.
-        """
-        seconds = timed.received - self._raw_at
-        fastest = max(abs(before.velocity_deg_s), abs(timed.value.velocity_deg_s))
-        reach = (fastest + self.settings.acceleration_deg_s2 * seconds) * seconds + _STAND_DEG
-        moved = abs(timed.value.position_deg - before.position_deg)
-        if moved > reach:
-            self.jumped_deg = moved
-
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
-        if self._raw is not None and not self._raw.clock_is_set:
+        if self.confirming.clock_is_unset:
             return f"{self.name}: the controller's clock is not set; {self._sets_it}, then INIT"
         off = self.offset.value
         if abs(off) <= tai.LARGEST_OFFSET_S:
@@ -274,6 +208,8 @@ class ControlledAxis:
         except DriveRefused as error:
             raise DriveRefused(f"{error}, and drive.max_nodes") from error
         self._learn_delay(answer.received - answer.asked - self.controller.line_time(what))
+        self._timed_by, self.answered = clock, answer.received
+        self.led = self.led or node.velocity != 0.0
         self.queue.append(node)
 
     def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
@@ -316,6 +252,7 @@ class ControlledAxis:
 
     def stow(self) -> None:
         """Let the controller drive the axis to its stow position, which it alone knows."""
+        self.led = True
         self.asked(lambda: self.controller.tell("P"))
         self._forget_path()
 
@@ -340,18 +277,31 @@ class ControlledAxis:
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
         self._forget_path()
-        self._raw = None
+        self.confirming.forget()
 
     def displace(self, degrees: float) -> None:
         """Offset all that the controller has been given; later nodes must contain it."""
         self.asked(lambda: self.controller.tell("+MOVE", degrees))
         self.queue.shift(degrees)
-        self._raw = None
+        self.confirming.forget()
+
+    @property
+    def early_s(self) -> float:
+        """By how many seconds the end of the buffer comes too early, as the controller's clock is known now."""
+        ends = self.queue.ends
+        return self.offset.at(ends) - self._timed_by.at(ends) if self.queue.is_path else 0.0
+
+    def come_in_time(self, rate: float) -> None:
+        """Displace a buffer that comes too early or too late for a target of this velocity, degrees per second."""
+        early = self.early_s
+        self.displace(-rate * early)
+        self.queue.retime(-early)
+        self._timed_by = self.offset.line
 
     def set_position(self, degrees: float) -> None:
         """Declare the present position."""
         self.asked(lambda: self.controller.tell("SET.POSITION", degrees))
-        self._raw = None
+        self.confirming.forget()
 
     @property
     def exchange_s(self) -> float:

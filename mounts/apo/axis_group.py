@@ -101,8 +101,8 @@ class AxisGroup:
         """Initialise a controller that has halted; the position of one that has restarted is judged first."""
         axis = self.axes[i]
         if axis.sight is not None and axis.word.restarted:
-            self._trust.restarted(i, axis.sight)
-            axis.jumped_deg = 0.0  # that was judged with it
+            self._trust.restarted(i, axis.sight, led=axis.led)
+            axis.confirming.jumped_deg = 0.0  # that was judged with it
             axis.offset.forget()
         if axis.must_init and not axis.is_anothers:
             axis.initialise()

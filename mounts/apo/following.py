@@ -5,15 +5,15 @@ for them to pass: a small displacement of what has been given is one `+MOVE`, wh
 path, contain; a larger one is a new meeting.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from math import copysign
 
-from mounts.apo.axis import ControlledAxis
+from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.meeting import Where
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
-from mounts.apo.tracking_nodes import interval_s
+from mounts.apo.tracking_nodes import interval_s, strays_deg
 from mounts.drive import AxisPath
 from mounts.errors import DriveRefused
 from transports.errors import TransportError
@@ -23,7 +23,15 @@ SOONEST_S = 1.5  # by which a node is sent ahead
 _PERIOD_S = 1.0
 _SAME_DEG = 1.4e-7  # 0.5 mas, within which a path is the old one
 _BLENDED_DEG = 1.0 / 3600.0  # by which the next node may lead over to a path that has changed
+_SLIGHT_DEG = 0.05 / 3600.0  # likewise, of a slew that would arrive later if its way were planned anew
 _DISPLACED_DEG = 30.0 / 3600.0  # at most, by one +MOVE
+_SHARE = 2.0  # of the time that a node takes, for all else that is said
+_STRAYS_DEG = 0.05 / 3600.0  # at most, where the lines do not carry the nodes that a milliarcsecond takes
+_KNOWN_S = 1e-4  # to which a clock is known
+_SHOWS_DEG = 0.01 / 3600.0  # by which one that is off must have displaced the axis
+_SPARED_DEG = 0.3 / 3600.0  # by which a thousandth of an acceleration displaces a slew in a second
+_CRUISES_S = 3.0
+_ALONG_DEG_S = 1e-3
 _MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
 _MOVING_STEP_S = 1.0
 _AT_SPEED_S = 4.0  # with the way to rest behind, where a controller would go on for ever
@@ -87,38 +95,96 @@ class Follower:
             An axis did not answer, the others were served all the same.
         """
         changed, self._path, self._rates = path is not self._path, path, None
-        led = range(min(len(self._axes), path.axes))  # a rotator may have no way of its own
-        return self._served([partial(self._follow, i, path, time, changed=changed) for i in led])
+        # Nodes and their intervals are asked of a path at the same times; a rotator may have no way of its own.
+        wheres = self._wheres(path)
+        lost = self._served({i: partial(self._prepare, i, where, time, changed) for i, where in wheres.items()})
+        return self._filled({i: where for i, where in wheres.items() if i not in lost}, time, lost)
+
+    def go_on(self, answering: Mapping[int, Sight]) -> None:
+        """Give axes that answer, as they were seen, nodes of the path that is followed, while another is silent.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `follow`.
+        """
+        if self._path is None or not answering:
+            return
+        able = {i: where for i, where in self._wheres(self._path).items() if i in answering and self._is_led(i)}
+        self._filled(able, max(sight.time for sight in answering.values()), {})
+
+    def _is_led(self, i: int) -> bool:
+        """Whether an axis has a path that can be gone on with."""
+        axis = self._axes[i]
+        return axis.queue.is_path and not (self._doubtful[i] or axis.clock_stepped or axis.waiting)
+
+    def _wheres(self, path: AxisPath) -> dict[int, Where]:
+        return {i: cache(partial(path.axis_at, i)) for i in range(min(len(self._axes), path.axes))}
 
     def keep_moving(self, rates: Sequence[float], time: float) -> float:
         """Fill the buffers along straight lines at these rates, from wherever the axes are."""
         changed, self._path, self._rates = tuple(rates) != self._rates, None, tuple(rates)
-        return self._served([partial(self._keep, i, rate, time, changed=changed) for i, rate in enumerate(rates)])
+        self._served({i: partial(self._keep, i, rate, time, changed) for i, rate in enumerate(rates)}, final=True)
+        return _PERIOD_S
 
     @staticmethod
-    def _served(work: Sequence[Callable[[], None]]) -> float:
-        lost: TransportError | None = None
-        for each in work:
+    def _served(work: Mapping[int, Callable[[], None]], *, final: bool = False) -> dict[int, TransportError]:
+        """Do what is to be done for each axis, whatever becomes of another one; return those that did not answer."""
+        lost: dict[int, TransportError] = {}
+        for i, each in work.items():
             try:
                 each()
             except TransportError as error:
-                lost = lost or error
-        if lost is not None:
-            raise lost
-        return _PERIOD_S
+                lost[i] = error
+        if final and lost:
+            raise lost[min(lost)]
+        return lost
 
-    def _follow(self, i: int, path: AxisPath, time: float, *, changed: bool) -> None:
+    def _prepare(self, i: int, where: Where, time: float, changed: bool) -> None:
+        """Let nodes of the path follow those that an axis was given, by a way onto it where that is needed."""
         axis = self._axes[i]
         if axis.waiting and not self._doubtful[i]:  # the slew is still being given, as there is room
             return
-        where = cache(partial(path.axis_at, i))  # nodes and their intervals are asked of it at the same times
-        until = time + AHEAD_S
         if self._must_meet(axis, i, time) or not self._leads_over(axis, where, time, changed=changed):
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
             self._doubtful[i], axis.clock_stepped = False, False
-            until = max(until, self._given[i] + AHEAD_S)  # a slow line has the other axes to serve after it
-        self._fill(i, where, time, until, lambda when: interval_s(where, when))
+        elif not changed:
+            self._keep_time(i, where, time)
+
+    def _filled(self, wheres: dict[int, Where], time: float, lost: dict[int, TransportError]) -> float:
+        """Give the axes nodes in turn, the one first that has least, for a second at most, as a look is due then."""
+        now = time
+        while now < time + _PERIOD_S:
+            lacking = [i for i in wheres if self._lacks(i, now + AHEAD_S, now)]
+            if not lacking:
+                break
+            i = min(lacking, key=lambda i: self._given[i])
+            try:
+                self._give_next(i, wheres[i], now, partial(self._interval_s, i, wheres[i]))
+            except TransportError as error:
+                lost[i] = error
+                del wheres[i]
+            else:
+                now = self._axes[i].answered
+        else:
+            return 0.0
+        if lost:
+            raise lost[min(lost)]
+        return _PERIOD_S
+
+    def _interval_s(self, i: int, where: Where, when: float) -> float:
+        """Seconds to the next node: as the path needs it, and as the lines carry it."""
+        needed, carried = interval_s(where, when), _SHARE * sum(axis.exchange_s for axis in self._axes)
+        if carried <= needed:
+            return needed
+        if (strays := strays_deg(where, when, carried)) > _STRAYS_DEG:
+            raise DriveRefused(
+                f"{self._axes[i].name}: the lines carry a node in {carried:.1f} s, and the path needs one in "
+                f"{needed:.1f} s: it would be off by {3600.0 * strays:.2f}″, more than {3600.0 * _STRAYS_DEG:g}″; "
+                "use faster lines, or `goto` a slower target"
+            )
+        return carried
 
     def _must_meet(self, axis: ControlledAxis, i: int, time: float) -> bool:
         """Whether no node can follow those given: they are in doubt, or run dry before one is there."""
@@ -133,23 +199,47 @@ class Follower:
         shift = off[-1]
         if abs(shift) <= _SAME_DEG:
             return True
-        if abs(shift) > _DISPLACED_DEG or max(off) - min(off) > _BLENDED_DEG * 0.05:
+        if max(off) - min(off) > _SLIGHT_DEG:  # it is on its way there
+            return abs(shift) <= _SLIGHT_DEG
+        if abs(shift) > _DISPLACED_DEG:
             return False
         axis.displace(shift)
         return True
 
-    def _fill(self, i: int, where: Where, time: float, until: float, interval: Callable[[float], float]) -> None:
-        axis = self._axes[i]
-        self._given[i] = max(self._given[i], axis.queue.ends)
-        while self._given[i] < until and axis.queue.pending(time) < self._settings.max_nodes - 1:
-            last = self._given[i]
-            when = max(last + interval(last), time + SOONEST_S)
-            node = PathNode(when, *where(when))
-            _require_possible(axis.settings, node)
-            self._given[i] = when
-            axis.send(node)
+    def _keep_time(self, i: int, where: Where, time: float) -> None:
+        """Displace what was given by a clock that is known better now, where that shows.
 
-    def _keep(self, i: int, rate: float, time: float, *, changed: bool) -> None:
+        An axis that slews has no acceleration to spare, but where it cruises: there it can be displaced a little.
+        """
+        axis = self._axes[i]
+        early, last = axis.early_s, axis.queue.last
+        if last is None or abs(early) < _KNOWN_S or abs(early * last.velocity) < _SHOWS_DEG:
+            return
+        if not (joined := _is_joined(axis.queue.at(time), where(time))) and not axis.queue.cruises(time, _CRUISES_S):
+            return
+        most = _DISPLACED_DEG if joined else _SPARED_DEG
+        if abs(early * last.velocity) <= most:
+            self._doubtful[i] = True  # until it is answered
+            axis.come_in_time(last.velocity)
+            self._doubtful[i] = False
+
+    def _lacks(self, i: int, until: float, time: float) -> bool:
+        """Whether an axis is to be given a node, and has room for it."""
+        axis = self._axes[i]
+        if axis.waiting:
+            return False
+        self._given[i] = max(self._given[i], axis.queue.ends)
+        return self._given[i] < until and axis.queue.pending(time) < self._settings.max_nodes - 1
+
+    def _give_next(self, i: int, where: Where, time: float, interval: Callable[[float], float]) -> None:
+        axis, last = self._axes[i], self._given[i]
+        when = max(last + interval(last), time + SOONEST_S)
+        node = PathNode(when, *where(when))
+        _require_possible(axis.settings, node)
+        self._given[i] = when
+        axis.send(node)
+
+    def _keep(self, i: int, rate: float, time: float, changed: bool) -> None:
         axis = self._axes[i]
         goes_on = rate != 0.0 and self._settings.on_expiry == "extrapolate"  # so the way to rest is given beforehand
         ending = goes_on and self._given[i] < time + _RENEWED_S
@@ -160,7 +250,8 @@ class Follower:
             self._given[i] = self._lines[i].time
             self._doubtful[i], axis.clock_stepped = False, False
         if not goes_on:
-            self._fill(i, self._line(i), time, time + _MOVING_AHEAD_S, lambda _: _MOVING_STEP_S)
+            while self._lacks(i, time + _MOVING_AHEAD_S, time):
+                self._give_next(i, self._line(i), time, lambda _: _MOVING_STEP_S)
 
     def _line(self, i: int) -> Where:
         line = self._lines[i]
@@ -170,6 +261,11 @@ class Follower:
 def _off(node: PathNode | None, where: Where) -> float:
     """Degrees by which a path has left a node."""
     return 0.0 if node is None else where(node.time)[0] - node.position
+
+
+def _is_joined(here: tuple[float, float] | None, there: tuple[float, float]) -> bool:
+    """Whether an axis goes along with its path."""
+    return here is not None and abs(here[0] - there[0]) <= _DISPLACED_DEG and abs(here[1] - there[1]) <= _ALONG_DEG_S
 
 
 def _require_possible(axis: AxisSettings, node: PathNode) -> None:

@@ -6,6 +6,9 @@ from mounts.apo.rendezvous import Where, meeting
 from mounts.apo.sendable import sendable
 from mounts.apo.slew_profile import MARGIN, Limits, Line, Slew, SlewProfile, quickest
 
+SHORTEST_S = 1.5
+"""That a slew is planned to last: a shorter one begins later, so that one axis does not end while others are told."""
+
 
 @dataclass(frozen=True)
 class ApoTravel:
@@ -16,7 +19,7 @@ class ApoTravel:
     @property
     def duration(self) -> float:
         """Seconds until it is on its target."""
-        return self.way.duration
+        return max(self.way.duration, SHORTEST_S)
 
     @property
     def landed(self) -> float:
@@ -25,7 +28,7 @@ class ApoTravel:
 
     def position(self, elapsed: float) -> float:
         """Where it is so many seconds after the beginning, degrees; `landed` from `duration` on."""
-        return self.landed if elapsed >= self.duration else self.way.at(max(0.0, elapsed))[0]
+        return self.landed if elapsed >= self.way.duration else self.way.at(max(0.0, elapsed))[0]
 
 
 @dataclass(frozen=True)

@@ -31,13 +31,18 @@ def interval_s(where: Where, when: float) -> float:
     """
     h = LONGEST_S
     for _ in range(_ROUNDS):
-        worst = max(_fourth(where, when, h, 2), _fourth(where, when, h, 1)) * _SAFE
-        if worst * h**4 <= _MOST_DEG * _REMAINDER:
+        strays = strays_deg(where, when, h) * _SAFE
+        if strays <= _MOST_DEG:
             return h
-        h = max(SHORTEST_S, min(h * 0.7, (_MOST_DEG * _REMAINDER / worst) ** 0.25))
+        h = max(SHORTEST_S, h * min(0.7, (_MOST_DEG / strays) ** 0.25))
         if h == SHORTEST_S:
             break
     return h
+
+
+def strays_deg(where: Where, when: float, span: float) -> float:
+    """By how many degrees a cubic errs at most between nodes at `when` and `span` seconds later."""
+    return max(_fourth(where, when, span, 2), _fourth(where, when, span, 1)) * span**4 / _REMAINDER
 
 
 def _fourth(where: Where, when: float, span: float, sixths: int) -> float:

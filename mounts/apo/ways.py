@@ -4,6 +4,7 @@ A node whose answer was lost, or that came too late, leaves the buffer in doubt:
 planned anew.
 """
 
+import math
 from collections.abc import Callable
 
 from mounts.apo.axis import Sight
@@ -24,6 +25,7 @@ _START_EXCHANGES = _SLEW_NODES + 4  # with two looks, a DRIFT, and one more
 _HOLD_S = 5.0  # an axis that landed at rest is held by a node until MOVE lets it stand
 _LANDED_S = 0.1
 _ATTEMPTS = 3
+_ANEW_S = 4.0  # that a way given anew may take, by the time-outs of the line; till then no other path may run out
 _STANDS = 1e-6  # deg/s; the last node lies on the grid of times, up to 0.5 µs before the end
 
 
@@ -131,7 +133,7 @@ class Ways:
             try:
                 axis.send_path(_held(meeting.nodes), self._settings.max_nodes)
             except (DriveRefused, TransportError) as error:
-                if attempt == _ATTEMPTS - 1:
+                if attempt == _ATTEMPTS - 1 or self._others_end(i) < line.time + _ANEW_S:
                     raise
                 if isinstance(error, DriveRefused) and line.velocity == 0.0:  # something may have halted it unseen
                     axis.look()
@@ -142,6 +144,11 @@ class Ways:
                     self.arrivals[i] = meeting.arrival
                 return meeting.nodes
         raise AssertionError("unreachable: the last attempt returns or raises")
+
+    def _others_end(self, i: int) -> float:
+        """POSIX seconds at which the first path of the other axes runs out."""
+        others = (axis.queue for k, axis in enumerate(self._group.axes) if k != i)
+        return min((queue.ends for queue in others if queue.is_path), default=math.inf)
 
 
 def _held(nodes: tuple[PathNode, ...]) -> tuple[PathNode, ...]:

@@ -58,6 +58,11 @@ class AvrTravel:
     crystal: float = 1.0  # true crystal frequency over the nominal one
 
     @property
+    def in_one_s(self) -> float:
+        """Seconds that one move of all its steps would last."""
+        return seconds_of(self.law.cycles(sum(piece.half for piece in self.pieces)), self.crystal)
+
+    @property
     def landed(self) -> float:
         """Where the last piece ends."""
         return self.position(self.duration)

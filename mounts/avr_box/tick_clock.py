@@ -32,6 +32,8 @@ class TickClock:
     def __init__(self, crystal: float = 1.0, uncertainty: float = CRYSTAL_UNCERTAINTY) -> None:
         self.crystal = crystal
         self.crystal_uncertainty = uncertainty
+        self.moved_at = -math.inf
+        """When the bin was last another one than the ticks lead to, POSIX seconds: an index pulse, or switched on."""
         self._bin: int | None = None  # after the tick below
         self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
         self._first: tuple[float, float, int] | None = None  # bounds of an early tick, and how many there were since
@@ -72,6 +74,7 @@ class TickClock:
         ticks = self._passed(number, (earliest + latest) / 2.0)
         self._carry(ticks or 0)
         if ticks is None:  # the index pulse moved the bin
+            self.moved_at = latest
             self._carry(math.floor((earliest - self._high) / self.tick_s))
             self._bin = number
             return
@@ -110,7 +113,11 @@ class TickClock:
         span = (self._low + self._high - low - high) / 2.0
         doubt = (self._high - self._low + high - low) / 2.0 / span
         if doubt < _SURER * self.crystal_uncertainty:
-            self.crystal = ticks * TICK_S / span
-            self.crystal_uncertainty = max(doubt, _LEAST)
+            measured = ticks * TICK_S / span
+            agrees = abs(measured - self.crystal) <= doubt  # then what is believed is kept, which wavers less
+            self.crystal = self.crystal if agrees else measured
+            self.crystal_uncertainty = min(
+                self.crystal_uncertainty, max(doubt + abs(measured - self.crystal), _LEAST)
+            )
         if high - low > 2.0 * (self._high - self._low) and span < 60.0 * self.tick_s:
             self._first = (self._low, self._high, 0)  # a beginning that is better known

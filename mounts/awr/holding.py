@@ -30,6 +30,7 @@ _SIGMAS, _EARLY_S = 5.0, 0.01
 _INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
+_FEW = 4  # keys of which that must be known before an event that comes otherwise is another's
 _LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
 LOST = (
     "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
@@ -101,14 +102,25 @@ class Holding:
         self.speed: Speed | None = None
         """The speed in force, where that is known."""
         self.delay_s = _USUAL_S
+        self._delays = 0  # of how many keys it is known
         """Seconds from hearing a key to its acting, as learnt."""
         self.trials: list[Trial] | None = None
         """What motions lasted, while it is found out what they should; None in all else."""
         self._held: dict[int, _Held] = {}
         self._due: list[tuple[float, int, bool]] = []
+        self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
         self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
         self.moving = (False, False)
         """What the unit told last."""
+
+    @property
+    def known_delay_s(self) -> float | None:
+        """Seconds from hearing a key to its acting; None while too few keys were pressed to know."""
+        return self.delay_s if self._delays >= _FEW else None
+
+    def remember_delay(self, delay_s: float) -> None:
+        """What was learnt of it before."""
+        self.delay_s, self._delays = delay_s, _FEW
 
     @property
     def busy(self) -> bool:
@@ -152,6 +164,8 @@ class Holding:
         DriveError, TransportError
             The unit does not obey or answer; all keys were released, as far as it listens.
         """
+        if self._must_release:
+            self.let_go()
         try:
             while (until := self._until(soon_s)) is not None:
                 if self._due and self._due[0][0] <= until:
@@ -159,11 +173,12 @@ class Holding:
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
+            self._beside.calm()
+            self._listen(self._unit.now())
         except (DriveError, TransportError):
-            self.let_go()
+            if self._held:
+                self.let_go()
             raise
-        self._beside.calm()
-        self._listen(self._unit.now())
 
     def _unheard(self, axis: int) -> None:
         """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
@@ -264,10 +279,12 @@ class Holding:
             held.began = each
             late = each.time - held.pressed - self.delay_s
             jitter = self.punctuality.jitter
-            if not abs(late) <= _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S:
+            most = _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S
+            if not abs(late) <= (most if self._delays >= _FEW else _TOLD_S):
                 self._lost(axis, "began")  # this event is another's, or damaged: no key was pressed
             else:
-                self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
+                self._delays += 1
+                self.delay_s += max(_LEARNT, 1.0 / self._delays) * (each.time - held.pressed - self.delay_s)
                 self._axes[axis].began(each.time)
         elif not moves and held.began is not None:
             duration, hold = each.time - held.began.time, held.released - held.pressed
@@ -325,15 +342,15 @@ class Holding:
     def let_go(self) -> None:
         """Release all keys, whatever was planned, as far as the unit listens; what moved is lost track of."""
         self._due.clear()
-        try:
-            self._unit.release()
-            self._beside.rest()
-        finally:
-            for axis, held in list(self._held.items()):
-                if math.isnan(held.pressed):
-                    del self._held[axis]
-                else:
-                    held.released = min(held.released, self._unit.now())
+        self._must_release = True
+        for axis, held in list(self._held.items()):
+            if math.isnan(held.pressed):
+                del self._held[axis]
+        heard = self._unit.release()
+        self._must_release = False
+        self._beside.rest()
+        for held in self._held.values():
+            held.released = heard if math.isnan(held.released) else held.released
 
     def halt(self) -> None:
         """Release all keys and wait until their motions have ended.
@@ -346,7 +363,6 @@ class Holding:
         now = self._unit.now()
         self.let_go()
         for axis, held in self._held.items():
-            held.released = now if math.isnan(held.released) else held.released
             began = now if held.began is None else held.began.time
             short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
             held.press = short

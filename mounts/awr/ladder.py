@@ -132,7 +132,7 @@ class Ladder:
 
     @property
     def shortest_s(self) -> float:
-        """Seconds of the shortest press that is made: the release comes after it, for all jitter."""
+        """Seconds of the shortest press: its events do not meet the answers of its keys, for all jitter."""
         return max(2.0 * self.exchange_s, _SPREAD * self.jitter.hold_s)
 
     def lowest(self, axis: int, way: float) -> Rung | None:

@@ -19,11 +19,12 @@ import numpy as np
 from mounts.awr.cascade import Cascade, Errors
 from mounts.awr.commands import Speed
 from mounts.awr.ladder import Ladder
-from mounts.awr.outlook import bound_of, overhead_of
+from mounts.awr.outlook import WITHIN, bound_of, overhead_of
 from mounts.awr.ramps import Key
 
 _SIGMAS = 3.5
 _HALVINGS = 60
+_ERRORS = 100  # up to the bound, that are looked at
 _FARTHEST_S = 1e6
 
 
@@ -162,5 +163,6 @@ def tails(ladder: Ladder) -> tuple[float, ...]:
     for rung in ladder.rungs:
         rates = [abs(key.rate) / ladder.guide_steps[axis] for axis in range(2) for key in rung.keys[axis] if key]
         left = 2.0 * max(rates) * ladder.jitter.surprise_s * _SIGMAS  # twice, as the peak grows too before it is full
-        found.append(overhead + float(bound(np.array(left))))
+        # A smaller error may take longer, where it is too small for a fast key.
+        found.append(overhead + float(bound(np.geomspace(WITHIN, max(WITHIN, left), _ERRORS)).max()))
     return tuple(found)

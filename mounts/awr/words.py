@@ -118,17 +118,18 @@ class Words:
             if not self.tells_ram or self._unit.read(register.address | RAM) == value:
                 return heard
         raise DriveRefused(
-            f"{register.name} was written {value} and reads otherwise; check the line, then `drive discard`"
+            f"{register.name} was written {value} and reads otherwise; check the line, then `drive reload`"
         )
 
-    def drive_at(self, axis: int, words: RateWords) -> float:
-        """Have a drive go by other words; return when the last one was heard."""
-        heard = self._unit.now()
+    def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
+        """Have a drive go by other words; return those that were in force one after the other, and since when."""
+        went = list[tuple[RateWords, float]]()
         for part, value in (("counts", words.counts), ("flags", words.flags.word)):
             register = BY_NAME[f"{DRIVES[axis]}_{part}"]
             if self.ram.get(register.address) != value:
                 heard = self.soft_write(register, value)
-        return heard
+                went.append((self.speeds.drive_words(axis), heard))
+        return went or [(words, self._unit.now())]
 
     def read_drive(self, axis: int) -> None:
         """Read the words of a drive that are in force, as far as the unit tells them."""
@@ -159,6 +160,18 @@ class Words:
         """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
         value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
         return value is None or value == cookie
+
+    def was_committed(self) -> bool:
+        """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""
+        plain = self.lasting[_COOKIE.address]
+        value = self._unit.read(_COOKIE.address)
+        return value not in {None, plain} and value == self.ram.get(_COOKIE.address)
+
+    @property
+    def calibration(self) -> int | None:
+        """The non-volatile words of `drive_ra`, from which all rates are reckoned; None before they were read."""
+        counts, flags = (self.lasting.get(address) for address in _DRIVES[:2])
+        return None if counts is None or flags is None else counts << 16 | flags
 
     # For a person ----------------------------------------------------------------------------------------------
 

@@ -285,6 +285,7 @@ def test_no_duration_is_a_sentence(text):
 def test_counts_are_decimal_or_hexadecimal():
     assert parse.counts("8388608,0x800000") == (8388608, 8388608)
     assert parse.counts(" 0 , 0xFFFFFF ") == (0, 0xFFFFFF)
+    assert parse.counts("-5,−0x10", -(2**31), 2**31 - 1) == (-5, -16)
 
 
 @pytest.mark.parametrize("text", ["", "1", "1,2,3", "-1,2", "1,0x1000000", "1.5,2", "a,b", "9" * 5000 + ",1"])

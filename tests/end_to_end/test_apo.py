@@ -9,9 +9,10 @@ from orbit import Overhead
 from telescope_bench import star_at
 
 from clockdrive.errors import Refused
-from mounts.errors import DriveRefused
+from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.instant import Instant
+from transports.errors import TransportError
 
 ON_TARGET = 0.05  # arcsec
 SATELLITE_UNSURE = 0.9  # arcsec: 0.25 ms at 1°/s, about which an offset remains unknown by times printed to 1 ms
@@ -121,7 +122,7 @@ def test_a_400_km_satellite_is_met_with_its_velocity_and_followed(kind, tmp_path
 @pytest.mark.parametrize("offset_ms", [0.0, 0.9, -80.0])
 @pytest.mark.parametrize(
     ("kind", "latency_s", "baud"),
-    [("apo", 0.02, 0), ("apo", 0.05, 0), ("sdss", 0.02, 0), ("sdss", 0.001, 9600), ("apo", 0.02, 9600)],
+    [("apo", 0.02, 0), ("apo", 0.15, 38400), ("sdss", 0.02, 0), ("sdss", 0.001, 9600), ("apo", 0.02, 9600)],
 )
 def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
     kind, latency_s, baud, offset_ms, tmp_path
@@ -263,6 +264,49 @@ def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, mo
             worst = max(worst, *witness.tracked_arcsec(star, 13.0, 1.0))
         print(f"{shift_arcsec}″: worst {worst:.4f}″")
         assert worst < ON_TARGET
+        assert not witness.dry()
+
+
+@pytest.mark.parametrize("latency_s", [0.001, 0.02])
+def test_an_axis_that_falls_silent_as_a_short_way_begins_leaves_none_to_run_dry(latency_s, tmp_path):
+    with apo_telescope("apo", tmp_path, simulator__latency_s=latency_s) as scope:
+        scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 60.0))
+        scope.wait(5.0)
+        witness, start, line = ApoWitness(scope), scope._session.drive.start, scope.simulator.lines[1]
+        honest = line.receive
+
+        def started(*arguments):
+            began = start(*arguments)
+            line.receive = lambda *_: b""
+            return began
+
+        scope._session.drive.start = started
+        with pytest.raises((TransportError, DriveError, Refused), match="altitude"):
+            scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 10.0))
+        scope.wait(20.0)
+        witness.now()
+        assert scope.simulator.axes[0].servo.velocity == 0.0
+        assert not scope.simulator.axes[0].record.dry
+        line.receive = honest
+
+
+@pytest.mark.parametrize(
+    ("miss_deg", "strays"), [(3.0, ""), (1.8, r"the lines carry a node in 2\.\d s, .* faster lines")]
+)
+def test_a_slow_line_that_three_axes_share_carries_a_satellite_or_says_that_it_cannot(miss_deg, strays, tmp_path):
+    slow = {"simulator__latency_s": 0.15, "simulator__baud": 9600, "rotator__mode": "sky"}
+    with apo_telescope("sdss", tmp_path, **slow) as scope:
+        witness = ApoWitness(scope)
+        target = Overhead(scope.clock.now() + 150.0, math.radians(40.0), math.radians(miss_deg))
+        if strays:
+            with pytest.raises(DriveError, match=strays):
+                scope.goto(target)
+        else:
+            scope.goto(target)
+            off = witness.on_sky_arcsec(target, witness.at_arrival(), witness.arrivals[-1])
+            followed = max(witness.tracked_arcsec(target, 30.0, 2.0))
+            print(f"{off:.4f}″ at arrival, at most {followed:.4f}″ later")
+            assert max(off, followed) < ON_TARGET
         assert not witness.dry()
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
-from pointing.plan import Axis, Timing
+from pointing.plan import Axis, Timing, Trims
 
 if TYPE_CHECKING:
     from clockdrive.drives.kind import Remember
@@ -33,14 +33,15 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     return one, two
 
 
-def _trims(configuration: Configuration) -> tuple[float, float, float]:
-    """What `-`, nothing and `+` make of the tracking of axis 1, counts per second."""
-    from mounts.avr_box.guiding import GuideRates  # noqa: PLC0415 - by kind
+def _trims(configuration: Configuration) -> Trims:
+    """What `-`, nothing and `+` make of the tracking of axis 1."""
+    from mounts.avr_box.guiding import EVERY_S, GuideRates  # noqa: PLC0415 - by kind
+    from mounts.avr_box.timers import TICK_S  # noqa: PLC0415 - likewise
 
     wanted = settings(configuration)
     rates = GuideRates.of(wanted.own_rate, wanted.guide_counts)
     sign = wanted.signs[0]
-    return sign * rates.slower, sign * rates.own, sign * rates.faster
+    return Trims(sign * rates.slower, sign * rates.own, sign * rates.faster, EVERY_S, TICK_S)
 
 
 def timing(configuration: Configuration) -> Timing:

@@ -36,10 +36,9 @@ def test_what_is_opposite_is_refuted_with_what_it_is_and_all_else_confirmed(tmp_
         turns = (23_877_818.0, 11_938_909.0)
         far = [360.0 * abs(scope.simulator.true_position(i + 1) - began[i]) / turns[i] for i in (0, 1)]
     refuted = {name: each.found for name, each in found.items() if each.verdict == "refuted"}
-    print(
-        f"\n{ways}: {', '.join(found[name].detail for name in ('move count', 'guide counts', 'encoder ratio'))}, "
-        f"{far[0]:.2f}° and {far[1]:.2f}° from where it began"
-    )
+    for name in ("move count", "guide counts", "encoder ratio"):
+        print(f"\n{ways}: {found[name].detail}", end="")
+    print(f"\n{far[0]:.2f}° and {far[1]:.2f}° from where it began")
     assert refuted == expected
     assert {"axis bit", "move count", "axis1 sense", "axis2 sense", "encoder ratio", "guide counts"} <= set(found)
     assert all(found[name].verdict in {"confirmed", "refuted"} for name in found if name != "link")

@@ -1,6 +1,8 @@
 """What a configuration means for a stepper box, worked out by hand from the manual's gears."""
 
+import json
 import math
+import re
 
 import pytest
 from telescope_bench import T0
@@ -106,3 +108,40 @@ def test_a_plan_shows_for_how_long_it_is_guided_and_what_short_moves_add(turned,
     shown = register(axis, of_sidereal * math.tau / 86164.0905)
     assert shown["guide_duty"] == pytest.approx(duty, abs=1e-3)
     assert shown["short_moves_counts_s"] == pytest.approx(-moves if turned else moves, abs=0.06)
+
+
+def test_a_plan_shows_its_moves_its_commands_and_what_they_cost(tmp_path, capsys):
+    toml = tmp_path / "t.toml"
+    toml.write_text('[drive]\nkind = "avr-box"\nlink = "sim:"\n[limits]\nsun_avoidance_deg = 0\n')
+    asked = ["plan", "altaz:60,50", "--at", "2027-01-15T08:00:00Z", "--from", "-1000000,-1000000"]
+    assert main(["-c", str(toml), *asked, "--json"]) == 0
+    one, two = json.loads(capsys.readouterr().out)["axes"]
+    assert one["moves"] == math.ceil(abs(one["target_counts"] - one["from_counts"]) / 389_747) + 1  # of 27 s each
+    assert one["longest_move_s"] <= 27.0
+    assert 0.0 < one["moves_cost_s"] < 20.0
+    assert two["moves"] >= 2
+    assert main(["-c", str(toml), *asked]) == 0
+    assert re.search(
+        r"in \d+ moves of up to \d+\.\d s, which takes \d+\.\d s longer than one", capsys.readouterr().out
+    )
+
+
+def test_the_commands_of_a_rate_are_shown():
+    one, two = kind_of(configured()).axes(configured())
+    shown = register(one, math.tau / 86164.0905)
+    assert (shown["guide_command"], shown["guide_ticks"], shown["guide_every_s"]) == (
+        "+",
+        5,
+        20.0,
+    )  # 0.115 · 20 / 0.462
+    assert register(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
+    assert register(two, math.tau / 86164.0905 / 100.0) == {"single_step_every_s": pytest.approx(0.7217, abs=1e-3)}
+
+
+def test_encoders_that_count_beyond_what_an_answer_can_say_are_refused_with_the_most():
+    with pytest.raises(ConfigurationError, match=r"turn = 400000.*five digits.*340.*at most 105881"):
+        settings(configured(drive__encoder_counts_per_turn=400_000))
+    assert settings(configured(drive__encoder_counts_per_turn=105_881)).encoder_counts_per_turn == 105_881
+    wide = {"drive__encoder_counts_per_turn": 105_881, "axis1__min_deg": -180.0, "axis1__max_deg": 180.0}
+    with pytest.raises(ConfigurationError, match="at most 99999"):
+        settings(configured(**wide))

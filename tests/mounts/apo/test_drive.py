@@ -17,6 +17,7 @@ from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
+from mounts.apo.slew_model import SHORTEST_S
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
@@ -249,6 +250,20 @@ def test_a_silent_axis_halts_the_others_and_is_named():
     assert bench.speeds()[0] == 0.0
 
 
+def test_axes_that_answer_are_given_nodes_while_another_is_silent():
+    bench = Bench("sdss").connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda _, data: "command" if data.startswith(b"ALT") else ""
+    for _ in range(2):
+        with pytest.raises(TransportError, match="altitude"):
+            bench.drive.read(bench.clock.now())
+    ahead = bench.drive.axes[0].queue.ends - bench.clock.now()
+    print(f"{ahead:.1f} s ahead after two looks at a silent axis")
+    assert ahead > 7.0
+    assert bench.drive.axes[1].queue.ends - bench.clock.now() < ahead
+
+
 def test_an_absent_axis_is_named_when_connecting():
     bench = Bench(axes=3)
     bench.cut.add(2)
@@ -291,6 +306,58 @@ def test_a_digit_garbled_in_one_answer_is_never_believed(number, digit, follows,
         assert off <= unsure
         assert unsure < 0.2
         assert not reading.unsynchronised
+
+
+def test_earlier_answers_that_follow_from_each_other_are_not_believed(monkeypatch):
+    bench = Bench().connected()
+    bench.start(60.0, 70.0)
+    honest, kept, stale = _Cuttable.receive, [], []
+
+    def receive(self, data, t):
+        answer = honest(self, data, t)
+        if b"STATUS" not in answer or self.i:
+            return answer
+        kept.append(answer)
+        return stale.pop(0) if stale else answer
+
+    monkeypatch.setattr(_Cuttable, "receive", receive)
+    bench.run(12.0)
+    bench.drive.stop(bench.clock.now())
+    bench.run(14.0, step=2.0)
+    stale += [kept[20], kept[21], kept[-2]]
+    bench.clock.sleep(2.0)
+    with pytest.raises(TransportError, match="3 positions that do not follow from each other"):
+        bench.drive.read(bench.clock.now())
+    assert abs(bench.run(0.0).axes[0].counts - bench.true(0)) < 1e-3
+
+
+@pytest.mark.parametrize("ppm", [50.0, -50.0, 300.0])
+def test_a_target_is_followed_by_a_clock_that_gains_as_by_one_that_is_right(ppm):
+    bench = Bench(clock_drift_ppm=ppm).connected()
+    path = Circle((14.0, 50.0), amplitude=2.0, period=3_000.0)  # 15″/s
+    bench.follow(path, 60.0)
+    worst = 0.0
+    for _ in range(30):
+        bench.follow(path, 1.0)
+        worst = max(worst, *(abs(bench.true(i) - path.at(bench.clock.now())[i][0]) for i in (0, 1)))
+    print(f"{ppm:+g} ppm: worst {3600.0 * worst:.4f}″ after a minute")
+    assert 3600.0 * worst < 0.02
+    assert not bench.dry()
+
+
+@pytest.mark.parametrize("silent", ["DRIFT", "MOVE"])
+def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silent):
+    bench = Bench().connected()
+    path = Circle((14.0, 50.0), period=20_000.0)
+    bench.follow(path, 30.0)
+    bench.loses = lambda i, data: "command" if i == 1 and data.startswith(silent.encode()) else ""
+    arrival = bench.clock.now() + bench.drive.start_latency + SHORTEST_S
+    slews = [AxisSlew(*state, arrival=arrival) for state in path.at(arrival)]
+    with pytest.raises(TransportError, match="altitude"):
+        bench.drive.start(slews, bench.clock.now())
+    bench.clock.sleep(20.0)
+    assert bench.speeds()[0] == 0.0
+    assert not bench.device.axes[0].record.dry
 
 
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
@@ -436,6 +503,20 @@ def test_a_position_that_a_restart_has_lost_is_told_at_the_first_answer_and_once
     assert "restarted at 0.0000°" in bench.run(5.0).unsynchronised
 
 
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_restart_of_an_axis_that_was_about_to_move_leaves_its_position_unknown(kind):
+    bench = Bench(kind).connected()
+    bench.start(40.0, 70.0)
+    bench.run(0.5)
+    assert bench.speeds() == [0.0, 0.0]
+    bench.clock.sleep(1.5)  # it has begun, and nobody has seen it
+    bench.device.axes[1].restart(bench.clock.now(), loses_position=True)
+    bench.device.axes[1].believe(45.0)  # and says that it is where it was seen last
+    bench.clock.sleep(10.0)
+    with pytest.raises(Unsynchronised, match="altitude: its controller has restarted while the axis moved"):
+        bench.run(1.0)
+
+
 def test_settings_that_differ_are_noted_with_both_values():
     bench = Bench()
     bench.device.axes[0].servo.limits.velocity = 1.0
@@ -576,4 +657,4 @@ def test_an_answer_that_a_busy_host_saw_late_makes_no_jump_of_the_next(monkeypat
     bench.clock.sleep(0.25)
     bench.device.axes[0].clock.set(bench.clock.now(), 0.05)  # so that it is not where it was foreseen
     axis.look()
-    assert axis.jumped_deg == 0.0
+    assert axis.confirming.jumped_deg == 0.0

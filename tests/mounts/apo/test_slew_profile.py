@@ -30,7 +30,7 @@ def test_a_slew_is_as_quick_as_seven_phases_can_be_and_quicker_than_one_that_sto
     for _, slew in random_slews(1, CASES):
         speed, acceleration, jerk = slew.planned
         distance, rates = slew.end - slew.start, (slew.start_rate, slew.end_rate)
-        took = slew.model.travel(slew.start, slew.end, *rates).duration
+        took = slew.model.travel(slew.start, slew.end, *rates).way.duration
         worst = max(worst, abs(took - least_s(distance, *rates, (-speed, speed), acceleration, jerk)))
         gained.append(stops_first_s(distance, *rates, speed, acceleration, jerk) - took)
     print(
@@ -45,7 +45,7 @@ def test_a_slew_onto_a_line_is_as_quick_as_seven_phases_can_be_beside_it():
     for _, slew in random_slews(2, CASES):
         speed, acceleration, jerk = slew.planned
         rate = slew.end_rate
-        took = slew.model.onto(slew.start, slew.start_rate, slew.end, rate).duration
+        took = slew.model.onto(slew.start, slew.start_rate, slew.end, rate).way.duration
         told = least_s(
             slew.end - slew.start, slew.start_rate - rate, 0.0, (-speed - rate, speed - rate), acceleration, jerk
         )

@@ -13,7 +13,7 @@ from mounts.errors import DriveError
 from transports.errors import TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-RUNS = 1000 if FULL else 60
+RUNS = 1000 if FULL else 25
 LATE_S = 0.2
 
 

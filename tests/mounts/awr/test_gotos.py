@@ -191,7 +191,7 @@ def test_the_moon_is_followed_by_the_drive_registers():
     rates = [rate * ARCSEC_PER_STEP for _, rate in path.at(bench.clock.now())]
     print(f"the Moon for {MOON_H:g} h, {rates[0]:.2f} and {rates[1]:.3f}″/s: RMS {rms[0]:.3f}″ and {rms[1]:.3f}″")
     assert len(offs) > 600 * MOON_H
-    assert math.hypot(*rms) <= 2.0
+    assert math.hypot(*rms) <= 0.02  # a rate between two words of it is reckoned too
 
 
 def test_the_quantisation_of_a_drive_rate_is_shown():

@@ -1,0 +1,120 @@
+"""Faults on the line to a stepper box, and what became of many runs with them: of the driver, of whole telescopes."""
+
+import math
+import random
+from collections import Counter
+
+from mounts.avr_box.simulator import SimulatedAvrBox
+from mounts.avr_box.slew_table import laws, standard
+from mounts.avr_box.timers import CRYSTAL_HZ
+from mounts.errors import DriveError
+from transports.errors import TransportError
+
+LONGEST_S = 10.0
+
+
+class Mutilating:
+    """A line on which what is sent goes wrong now and then."""
+
+    def __init__(self, device, seed, rate):
+        self.device, self.rate = device, rate
+        self.chance = random.Random(seed)  # noqa: S311 - nothing secret
+        self.happened = Counter()
+
+    def receive(self, data, t):
+        if self.chance.random() < self.rate:
+            data = self.mutilated(data)
+        return self.device.receive(data, t) if data else b""
+
+    def mutilated(self, data):
+        how = self.chance.choice(("lost", "doubled", "garbled", "silence"))
+        self.happened[how, chr(data[0])] += 1
+        at = self.chance.randrange(len(data))
+        byte = bytes((data[at] ^ 1 << self.chance.randrange(8),))
+        return {
+            "lost": data[:at] + data[at + 1 :],
+            "doubled": data[: at + 1] + data[at:],
+            "garbled": data[:at] + byte + data[at + 1 :],
+            "silence": b"",
+        }[how]
+
+
+class Watch:
+    """Measures the moves that the box makes and nobody commanded."""
+
+    def __init__(self, box, drive):
+        self.wanted = set()
+        self.worst = [0, 0]
+        self.running = [None, None]
+        send = drive._box.send
+        begin, advance = box._begin, box.advance
+
+        def sent(command):
+            if command[:1] == b"M":
+                self.wanted.add(
+                    (int(bool(command[5] & 2)), int.from_bytes(command[1:5], "little") // 2, 1 - (command[5] >> 6))
+                )
+            return send(command)
+
+        def began(axis, step_max, direction, slowed):
+            self.note(box)
+            begin(axis, step_max, direction, slowed)
+            asked = (axis, step_max, direction) in self.wanted or step_max in {2763, 1382}
+            self.running[axis] = None if asked else box.motors[axis].position
+
+        def advanced(t):
+            advance(t)
+            self.note(box)
+
+        drive._box.send, box._begin, box.advance = sent, began, advanced
+
+    def note(self, box):
+        for axis, since in enumerate(self.running):
+            if since is not None:
+                self.worst[axis] = max(self.worst[axis], abs(box.motors[axis].position - since))
+                if box.motors[axis].slew is None:
+                    self.running[axis] = None
+
+
+def switch_off_and_on(box, time):
+    """A box that lost its power for a moment: the motors stand where they were, all else is as it boots."""
+    box.advance(time)
+    positions = tuple(motor.position for motor in box.motors)
+    fresh = SimulatedAvrBox(box.settings, time, box.steps_per_turn, positions=positions, signs=box._signs)
+    watched = {name: value for name, value in box.__dict__.items() if name in {"_begin", "advance", "receive"}}
+    box.__dict__.update(fresh.__dict__ | watched)
+
+
+class Campaign:
+    """What many nights came to."""
+
+    def __init__(self):
+        self.faults, self.worst, self.lost, self.wrong, self.ratio, self.longer = Counter(), [0, 0], 0, [], 0.0, []
+        self.bound = [2 * law.half_within(round(LONGEST_S * CRYSTAL_HZ)) for law in laws(standard())]
+
+    def add(self, seed, read, box, watch, happened):
+        self.faults += Counter(how for how, _ in happened.elements())
+        self.worst = [max(pair) for pair in zip(self.worst, watch.worst, strict=True)]
+        if any(far > most for far, most in zip(watch.worst, self.bound, strict=True)):
+            self.longer.append((seed, watch.worst))
+        try:
+            reading = read()
+        except (DriveError, TransportError):  # it will not be spoken to until it was switched off and on
+            self.lost += 1
+            return
+        if reading.unsynchronised:
+            self.lost += 1
+            return
+        box.advance(reading.time)
+        for i, axis in enumerate(reading.axes):
+            off = abs(axis.counts - box.true_position(i + 1))
+            self.ratio = max(self.ratio, off / (axis.uncertainty_counts or math.inf))
+            if off > axis.uncertainty_counts:
+                self.wrong.append((seed, i, off, axis.uncertainty_counts))
+
+    def __str__(self):
+        return (
+            f"{sum(self.faults.values())} mutilated: {dict(self.faults)}, farthest {self.worst} of {self.bound} "
+            f"microsteps, {self.lost} unsynchronised, {self.ratio:.2f} of what was stated\n"
+            f"longer: {self.longer[:10]} wrong: {self.wrong[:10]}"
+        )
