@@ -6,7 +6,7 @@ before it is sent: where a program ended in between, nobody knows whether it was
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import cast
 
 NEVER = "the position of this drive was never synchronised; `sync` on a known star"
@@ -37,6 +37,7 @@ class KeptAxis:
     uncertainty: float
     moves: tuple[KeptMove, ...] = ()
     encoder_zero: float | None = None
+    unproved_steps: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class Kept:
     crystal_uncertainty: float | None = None
     resting: bool = False
     sending: bool = False
+    doubted: float | None = None
+    proved: bool = False
     meaning: str = ""
 
     def as_json(self) -> dict[str, object]:
@@ -71,9 +74,8 @@ class Kept:
             why = UNSENT
         if not why and found.meaning != meaning:
             why = REINTERPRETED
-        return cls(
-            why, found.time, found.axes, found.crystal, found.crystal_uncertainty, found.resting, meaning=meaning
-        )
+        proved = found.proved and found.meaning == meaning
+        return replace(found, unsynchronised=why, sending=False, proved=proved, meaning=meaning)
 
 
 def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
@@ -85,6 +87,7 @@ def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, obj
 def _read(memory: Mapping[str, object]) -> Kept:
     one, two = (_axis(cast("Mapping[str, object]", kept)) for kept in cast("Sequence[object]", memory["axes"]))
     time, crystal = memory["time"], memory.get("crystal_uncertainty")
+    doubted = memory["doubted"]
     return Kept(
         unsynchronised=_text(memory["unsynchronised"]),
         time=-math.inf if time is None else _number(time),
@@ -93,6 +96,8 @@ def _read(memory: Mapping[str, object]) -> Kept:
         crystal_uncertainty=None if crystal is None else _number(crystal),
         resting=memory["resting"] is True,
         sending=memory["sending"] is True,
+        doubted=None if doubted is None else _number(doubted),
+        proved=memory["proved"] is True,
         meaning=_text(memory["meaning"]),
     )
 
@@ -104,7 +109,11 @@ def _axis(kept: Mapping[str, object]) -> KeptAxis:
     )
     zero = kept["encoder_zero"]
     return KeptAxis(
-        _number(kept["counts"]), _number(kept["uncertainty"]), moves, None if zero is None else _number(zero)
+        _number(kept["counts"]),
+        _number(kept["uncertainty"]),
+        moves,
+        None if zero is None else _number(zero),
+        _number(kept["unproved_steps"]),
     )
 
 
