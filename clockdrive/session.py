@@ -123,7 +123,8 @@ class Session:
         self._opened = self.clock.now()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped"
+            ended = "the drive was stopped" if self.drive.capabilities.can_stop else "no command ends its last move"
+            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; {ended}"
             self.note("recovery", self.trouble)
             self.store.end_activity()
         for note in self.drive.notes:
@@ -222,12 +223,21 @@ class Session:
             return self._usual_period
         if self.link_lost_since is not None or (self._rest is None and self._only_looks):
             return self._usual_period
-        self._rest = self._rest or Rest(reading.counts)
+        self._rest = self._rest or self._resting_place(reading)
         try:
             return min(self._usual_period, self.drive.follow(self._rest, self.clock.now()))
         except TransportError as error:
             self._link_lost(error)
             return self._usual_period
+
+    def _resting_place(self, reading: Reading) -> Rest:
+        """Where it is, or so far from the limit behind axis 1 that it may be held to and fro."""
+        one, two = reading.counts
+        capabilities, axis = self.drive.capabilities, self.planner.axes[0]
+        limits = axis.gearing.counts(axis.minimum), axis.gearing.counts(axis.maximum)
+        if capabilities.goes_on_at > 0.0:
+            return Rest((max(one, min(limits) + capabilities.rests_within), two))
+        return Rest((min(one, max(limits) - capabilities.rests_within), two))
 
     @property
     def _only_looks(self) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
-from mounts.avr_box.box import Box, Told
+from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
 from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
 from mounts.avr_box.tick_clock import TickClock
@@ -206,6 +206,12 @@ class Supervision:
         if running:
             self._end(running)
 
+    def in_doubt(self) -> bool:
+        """Whether half a command may stand in the box, so that it must not be sent one byte until a `sync`."""
+        if self._box.in_doubt and self.unsynchronised != HALF_A_COMMAND:
+            self._lose(HALF_A_COMMAND)
+        return self._box.in_doubt
+
     def suspect(self) -> None:
         """The box was silent after a move: see whether it runs."""
         if self._axes[0].encoder is None:
@@ -227,12 +233,12 @@ class Supervision:
 
     def synchronised(self) -> None:
         """A person says where the axes are."""
+        self._box.switched_on()
         self.unsynchronised, self.alarms, self._sound = "", (), self._box.trust.flaws
         self._box.trust.told()
         self._ticks.forget()
         self._runaways = []
         self._halved = self._doubled = 0
-        self._box.switched_on()
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
         for encoder in encoders:
             encoder.zero = None

@@ -4,9 +4,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from avr_bench import COUNT, SETTINGS, SIDEREAL, Bench, Line, like
+from avr_bench import COUNT, SETTINGS, SIDEREAL, T0, Bench, Line, like
 
-from mounts.avr_box.box import HALF_A_COMMAND
 from mounts.avr_box.commands import COMMANDS
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
@@ -170,28 +169,68 @@ def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
 class Failing:
     """A link that fails in the middle of a command with arguments, once it is armed."""
 
-    def __init__(self, device):
-        self.device, self.armed, self.deaf = device, False, False
+    def __init__(self, device, whole=3):
+        self.device, self.armed, self.deaf, self.whole = device, False, False, whole
+        self.carried = 0
 
     def receive(self, data, t):
         if self.armed and COMMANDS[chr(data[0])].arguments:
-            self.device.receive(data[:3], t)
+            self.device.receive(data[: self.whole], t)
             raise LinkError("unplugged")
+        self.carried += len(data)
         return b"" if self.deaf else self.device.receive(data, t)
 
 
-def test_after_half_a_command_nothing_is_sent_any_more():
+def cut_off(whole, encoders):
+    """A bench whose first move was cut off after some bytes, and its link, whole again."""
     lines = []
-    bench = Bench(line=lambda device: lines.append(Failing(device)) or lines[-1])
+    settings = replace(SETTINGS, encoder_counts_per_turn=encoders)
+    bench = Bench(settings, line=lambda device: lines.append(Failing(device, whole)) or lines[-1])
     bench.connect()
     lines[0].armed = True
     with pytest.raises(LinkError):
         bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5000.0)], bench.clock.now())
     lines[0].armed = False
+    lines[0].carried = 0
+    return bench, lines[0]
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["the same program", "the next one"])
+@pytest.mark.parametrize("encoders", [20000, 0])
+@pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
+def test_after_half_a_move_not_one_byte_is_sent_until_a_sync(whole, encoders, again):
+    bench, line = cut_off(whole, encoders)
+    if again:
+        bench = Bench(bench.drive._settings, None, dict(bench.kept), lambda _: line, box=bench.box, clock=bench.clock)
+        bench.connect()
+    before = bench.true()[1]
+    for _ in range(40):
+        reading = bench.read()
+        bench.drive.follow(Line((0.0, 0.0), (0.0, 0.0), T0), bench.clock.now())
+        bench.clock.sleep(0.5)
+    assert "Switch the box off and on, then `sync`" in reading.unsynchronised
+    with pytest.raises(Unsynchronised, match="Switch the box off and on"):
+        bench.drive.start([AxisSlew(0.0), AxisSlew(5.0)], bench.clock.now())
     with pytest.raises(DriveRefused, match="Switch the box off and on"):
-        bench.read()
-    assert HALF_A_COMMAND.startswith("the link failed")
+        bench.drive.registers()
+    assert line.carried == 0
+    assert (bench.box.moving, bench.true()[1]) == ((False, False), before)
+    bench.box._held.clear()  # it is switched off and on
+    bench.drive.sync(bench.true(), bench.clock.now())
+    assert bench.read().unsynchronised == ""
+    bench.slew(20_000.0, 7000.0)
     assert bench.box.moving == (False, False)
+    assert within(bench)
+
+
+@pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
+def test_a_sync_without_the_power_switch_makes_no_longer_move_than_the_one_cut_off(whole):
+    bench, _ = cut_off(whole, 20000)
+    bench.clock.sleep(60.0)
+    bench.drive.sync((0.0, 0.0), bench.clock.now())
+    begun = [motor.slew.step_max for motor in bench.box.motors if motor.slew is not None]
+    print(f"\n{whole} bytes: a move of {begun} halves")
+    assert max(begun, default=0) <= bench.drive.axes[0].model.longest_half
 
 
 def test_without_encoders_silence_after_a_move_leaves_the_position_unknown():
