@@ -391,7 +391,8 @@ def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
     with telescope(tmp_path, start=later) as scope:
         assert scope.status()["parked"]
         assert scope.status()["doing"] == "parked"
-        scope.unpark()
+        assert scope.unpark()
+        assert not scope.unpark()
         assert scope.goto("best")["slews"] == 1
 
 
