@@ -14,10 +14,11 @@ from typing import TypeVar
 from mounts.apo import tai
 from mounts.apo.clock_offset import ClockLine, ClockOffset
 from mounts.apo.commands import Kind, command
+from mounts.apo.confirming import Confirming
 from mounts.apo.controller import Controller, Timed
 from mounts.apo.errors import CommandRefused, MalformedReply
 from mounts.apo.node_queue import NodeQueue, PathNode
-from mounts.apo.readings import Drift, Status, continues
+from mounts.apo.readings import Drift, Status
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
@@ -25,14 +26,8 @@ from transports.errors import LinkError, NoAnswer, WrongAnswer
 
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
-_ASKED_AGAIN = 3  # times, for an answer that cannot be: one digit garbled passes for another
-_FORESEEN = 3e-5  # degrees, or degrees per second, by which an answer may be elsewhere and is not asked for again
-_JOLTS = 20.0  # times the configured acceleration, between two answers: a servo changes its velocity in steps
 _FORGETS = 0.8  # from answer to answer, of how late one was
-_LATE_S = 0.01
-_STAND_DEG = 0.002
 _PRINTED_DEG = 5e-7
-_PRINTED_DEG_S = 5e-6  # of a velocity, which a drift goes on at
 _PRINTED_S = 0.001
 
 
@@ -56,13 +51,6 @@ def halts(word: StatusWord) -> bool:
     return word.restarted or bool(set(word.errors) - _HARMLESS)
 
 
-def _keep_step(one: Timed[_D], two: Timed[_D]) -> bool:
-    """Whether a clock that is set wrong can have told two times: as far apart as the answers are."""
-    told = math.remainder(two.value.time_tai_s - one.value.time_tai_s, tai.DAY_S)
-    under_way = (one.received - one.sent) + (two.received - two.sent)
-    return abs(told - (two.received - one.received)) <= under_way + _LATE_S
-
-
 class ControlledAxis:
     """One axis.
 
@@ -81,19 +69,15 @@ class ControlledAxis:
         self.settings = settings
         self.offset = ClockOffset()
         self.queue = NodeQueue()
+        self.confirming = Confirming(self.queue, self.offset, settings.acceleration_deg_s2)
         self.sight: Sight | None = None
         self.latched = StatusWord(0, kind)
         """The sticky bits seen since the last INIT: on the SDSS to read them is to clear them."""
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
-        self.jumped_deg = 0.0
-        """How far the position has jumped, which no motion explains: it was lost, or somebody set it."""
         self.answered = 0.0
         """POSIX seconds of the last answer to a node."""
-        self._raw_at = 0.0  # POSIX seconds before which it was not given
-        self._raw: Drift | None = None  # the last answer that told position and time
-        self._unconfirmed_deg = 0.0  # by which it was not where it was foreseen
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
         self._slew_clock = ClockLine()  # by which they are timed
         self._timed_by = ClockLine()  # the last node
@@ -124,10 +108,10 @@ class ControlledAxis:
         TransportError
             It does not answer; the text names the axis.
         """
-        timed = self.asked(lambda: self._plausible(self._status))
+        timed = self.asked(lambda: self.confirming.asked(self._status))
         status, posix = timed.value, self._seen(timed)
         rate = status.velocity_deg_s * (1.0 + self.offset.line.gain)
-        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self._unconfirmed_deg
+        unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self.confirming.off_deg
         self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
         return self.sight
@@ -142,63 +126,13 @@ class ControlledAxis:
 
     def drift(self) -> PathNode:
         """Let the axis go on as it moves, its buffer flushed; return where and how fast."""
-        timed = self.asked(lambda: self._plausible(self.controller.drift))
+        timed = self.asked(lambda: self.confirming.asked(self.controller.drift))
         posix = self._seen(timed)
         rate = timed.value.velocity_deg_s * (1.0 + self.offset.line.gain)
         line = PathNode(posix, timed.value.position_deg, rate)
         self._waiting.clear()
         self.queue.begin(line)
         return line
-
-    def _plausible(self, ask: Callable[[], Timed[_D]]) -> Timed[_D]:
-        """Ask until an answer is what was foreseen, or another on its heels follows from it.
-
-        A digit that noise has made into another is no error that a line without checksums shows.
-        """
-        before: Timed[_D] | None = None
-        hardest = self.settings.acceleration_deg_s2 * _JOLTS
-        for attempt in range(_ASKED_AGAIN):
-            try:
-                timed = ask()
-            except MalformedReply:
-                if attempt == _ASKED_AGAIN - 1:
-                    raise
-                continue
-            confirmed = (
-                before is not None
-                and (self._is_in_time(timed) or (attempt == _ASKED_AGAIN - 1 and _keep_step(before, timed)))
-                and continues(before.value, timed.value, hardest)
-            )  # an earlier answer echoes the same
-            off = 0.0 if confirmed else self._unforeseen(timed)
-            if off is not None:
-                self._unconfirmed_deg = off
-                if confirmed and self._raw is not None:
-                    self._judge_jump(self._raw, timed)
-                self._raw, self._raw_at = timed.value, timed.sent
-                return timed
-            before = timed
-        raise WrongAnswer(
-            f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
-            f"{before.value.position_deg if before else 0.0:.7f}°; check cable and baud rate"
-        )
-
-    def _unforeseen(self, timed: Timed[_D]) -> float | None:
-        """Degrees by which an answer is off the path, or, without one, off the line of the answer before.
-
-        None where that, or the velocity, is so much that it must be confirmed.
-        """
-        told, before, clock = timed.value, self._raw, self.offset.line
-        if before is None or not (told.clock_is_set and before.clock_is_set and self._is_in_time(timed)):
-            return None
-        elapsed = math.remainder(told.time_tai_s - before.time_tai_s, tai.DAY_S)
-        position = before.position_deg + before.velocity_deg_s * elapsed
-        time = tai.posix(told.time_tai_s, timed.received) - clock.at(timed.received)
-        position, velocity = self.queue.at(time) or (position, before.velocity_deg_s * (1.0 + clock.gain))
-        unsure = _PRINTED_S + self.offset.uncertainty_s
-        off, gained = abs(told.position_deg - position), abs(told.velocity_deg_s * (1.0 + clock.gain) - velocity)
-        by_the_clock = abs(velocity) * unsure, self.settings.acceleration_deg_s2 * unsure
-        drifted = self.queue.drifted_s(time) * _PRINTED_DEG_S
-        return off if max(off - by_the_clock[0] - drifted, gained - by_the_clock[1]) <= _FORESEEN else None
 
     def _seen(self, timed: Timed[_D]) -> float:
         """Learn the line's delay and the clock's offset from an answer; return the POSIX time that it speaks of."""
@@ -209,30 +143,9 @@ class ControlledAxis:
         self.clock_stepped |= self.offset.see(told, timed.sent, timed.began)
         return told - self.offset.value
 
-    def _is_in_time(self, timed: Timed[_D]) -> bool:
-        """Whether an answer tells a time at which it can have been given, as far as the clock is known."""
-        if not self.offset.known or not timed.value.clock_is_set:
-            return True
-        told = tai.posix(timed.value.time_tai_s, timed.received) - self.offset.value
-        unsure = self.offset.uncertainty_s + _LATE_S
-        return timed.sent - unsure <= told <= timed.received + unsure
-
-    def _judge_jump(self, before: Drift, timed: Timed[_D]) -> None:
-        """Note how far the position is from where the axis can have come since the last one, by the host's time.
-
-        From the request of that to the end of this answer it has had the longest time: either may have been under way
-        for as long as the host was busy.
-        """
-        seconds = timed.received - self._raw_at
-        fastest = max(abs(before.velocity_deg_s), abs(timed.value.velocity_deg_s))
-        reach = (fastest + self.settings.acceleration_deg_s2 * seconds) * seconds + _STAND_DEG
-        moved = abs(timed.value.position_deg - before.position_deg)
-        if moved > reach:
-            self.jumped_deg = moved
-
     def clock_trouble(self) -> str:
         """What is wrong with the controller's clock; empty where node times can be corrected for it."""
-        if self._raw is not None and not self._raw.clock_is_set:
+        if self.confirming.clock_is_unset:
             return f"{self.name}: the controller's clock is not set; {self._sets_it}, then INIT"
         off = self.offset.value
         if abs(off) <= tai.LARGEST_OFFSET_S:
@@ -354,13 +267,13 @@ class ControlledAxis:
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
         self._forget_path()
-        self._raw = None
+        self.confirming.forget()
 
     def displace(self, degrees: float) -> None:
         """Offset all that the controller has been given; later nodes must contain it."""
         self.asked(lambda: self.controller.tell("+MOVE", degrees))
         self.queue.shift(degrees)
-        self._raw = None
+        self.confirming.forget()
 
     @property
     def early_s(self) -> float:
@@ -378,7 +291,7 @@ class ControlledAxis:
     def set_position(self, degrees: float) -> None:
         """Declare the present position."""
         self.asked(lambda: self.controller.tell("SET.POSITION", degrees))
-        self._raw = None
+        self.confirming.forget()
 
     @property
     def exchange_s(self) -> float:

@@ -102,7 +102,7 @@ class AxisGroup:
         axis = self.axes[i]
         if axis.sight is not None and axis.word.restarted:
             self._trust.restarted(i, axis.sight)
-            axis.jumped_deg = 0.0  # that was judged with it
+            axis.confirming.jumped_deg = 0.0  # that was judged with it
             axis.offset.forget()
         if axis.must_init and not axis.is_anothers:
             axis.initialise()

@@ -55,8 +55,8 @@ class Watch:
             if self._trust.unsynchronised != doubted:
                 return self._trust.unsynchronised
             return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
-        if axis.jumped_deg:
-            jumped, axis.jumped_deg = axis.jumped_deg, 0.0
+        if jumped := axis.confirming.jumped_deg:
+            axis.confirming.jumped_deg = 0.0
             self._trust.lose_axis(
                 i, f"{axis.name}: its position has jumped by {jumped:.4f}°, lost or set by somebody; `sync`"
             )

@@ -38,7 +38,7 @@ _FAR_S = 1.0  # that an answer is waited for at last, on a link whose delay nobo
 _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
-_LOSSES = 20  # remembered
+_LOSSES = 3  # remembered
 
 
 class Happened(NamedTuple):

@@ -2,6 +2,7 @@
 
 import math
 import os
+import random
 
 import pytest
 from telescope_bench import T0, star_at
@@ -253,3 +254,21 @@ def test_both_axes_go_at_a_speed_for_a_time_beside_a_dead_man(tmp_path):
         assert scope.status().json["synchronised"]
     assert moved[0] == pytest.approx(3.0 * 1650.0, rel=0.1)
     assert moved[1] == pytest.approx(-3.0 * 1600.0, rel=0.1)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+def test_of_random_gotos_95_in_100_end_within_two_guide_steps(tmp_path):
+    rng, within, count, slews = random.Random(42), 0, 1000 if FULL else 3, 0  # noqa: S311
+    with opened(tmp_path) as scope:
+        for _ in range(count):
+            now = scope.clock.now()
+            scope.simulator.advance(now)
+            scope._session.drive.sync([scope.simulator.true_position(axis) for axis in (1, 2)], now)
+            found = scope.goto(star_at(scope, rng.uniform(0.0, 360.0), rng.uniform(20.0, 80.0))).json
+            slews = max(slews, found["slews"])
+            within += max(map(abs, off_arcsec(scope))) <= 2.0 * GUIDE_STEP_ARCSEC
+        assert not scope.simulator.wear
+    print(f"\n{count} gotos: {within / count:.1%} within twice {GUIDE_STEP_ARCSEC:.2f}″ each, {slews} slew")
+    assert slews == 1
+    assert within >= (0.95 if FULL else 0.6) * count

@@ -212,3 +212,12 @@ def test_a_jog_is_called_a_jog_and_an_axis_that_stays_makes_no_moves(tmp_path, c
     assert capsys.readouterr().err.startswith("jog of axis1: ")
     assert "held against its own tracking by short moves" in text
     assert "without a move" in text
+
+
+def test_encoders_that_count_beyond_what_an_answer_can_say_are_refused_with_the_most():
+    with pytest.raises(ConfigurationError, match=r"turn = 400000.*five digits.*340.*at most 105881"):
+        settings(configured(drive__encoder_counts_per_turn=400_000))
+    assert settings(configured(drive__encoder_counts_per_turn=105_881)).encoder_counts_per_turn == 105_881
+    wide = {"drive__encoder_counts_per_turn": 105_881, "axis1__min_deg": -180.0, "axis1__max_deg": 180.0}
+    with pytest.raises(ConfigurationError, match="at most 99999"):
+        settings(configured(**wide))

@@ -643,4 +643,4 @@ def test_an_answer_that_a_busy_host_saw_late_makes_no_jump_of_the_next(monkeypat
     bench.clock.sleep(0.25)
     bench.device.axes[0].clock.set(bench.clock.now(), 0.05)  # so that it is not where it was foreseen
     axis.look()
-    assert axis.jumped_deg == 0.0
+    assert axis.confirming.jumped_deg == 0.0

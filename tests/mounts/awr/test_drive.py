@@ -1,6 +1,7 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
 import os
+import re
 import statistics
 from contextlib import suppress
 
@@ -152,7 +153,7 @@ def test_a_division_names_the_register_written_last():
     bench.clock.sleep(0.1)
     reading = bench.read()
     assert "guide_left_counts (09)" in reading.alarms[0]
-    assert "drive discard" in reading.alarms[0]
+    assert "drive reload" in reading.alarms[0]
 
 
 def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
@@ -180,14 +181,15 @@ def test_the_next_program_goes_on_where_the_drives_have_led():
     assert all(abs(off) < axis.uncertainty_counts for off, axis in zip(again.off(), reading.axes, strict=True))
 
 
-def test_changed_direction_senses_make_it_unsynchronised():
+@pytest.mark.parametrize(("address", "word", "why"), [(0, 0x3, "direction senses"), (1, 17000, "drive_ra .01, 02.")])
+def test_words_that_the_position_rests_on_make_it_unsynchronised_when_they_are_changed(address, word, why):
     bench = Bench()
     bench.connect()
     bench.drive.close(bench.clock.now(), keep_tracking=False)
-    bench.awr.lasting[0] = 0x3
+    bench.awr.lasting[address] = word
     again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
     again.line.device = bench.awr
-    assert "direction senses" in again.connect().unsynchronised
+    assert re.search(why, again.connect().unsynchronised)
 
 
 @pytest.mark.parametrize(
@@ -278,3 +280,12 @@ def test_how_late_keys_act_is_learnt_from_the_first_presses_and_remembered():
     assert max(map(abs, bench.off())) < 3.0
     again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
     assert again.drive.keys.delay_s == bench.drive.keys.delay_s
+
+
+def test_a_commit_that_a_damaged_command_made_is_noticed():
+    bench = Bench()
+    bench.connect()
+    bench.awr._obeyed("E")
+    bench.clock.sleep(11.0)
+    bench.read()
+    assert any("nobody asked to commit" in note for note in bench.drive.notes)
