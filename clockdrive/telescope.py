@@ -181,7 +181,11 @@ class Telescope:
         clock: "Clock | None" = None,
         line: "Callable[[Device], Device] | None" = None,
     ) -> Self:
-        """Open an embedded simulator; `overrides` are configuration values by dotted name."""
+        """Open an embedded simulator; `overrides` are configuration values by dotted name.
+
+        It goes on as it was left, parked or unsynchronised, by the last who opened one of this kind, and says so; one
+        with `state.path` of its own in `overrides` begins anew.
+        """
         configuration = load(None, overrides={"drive.kind": kind, "drive.link": "sim:", **(overrides or {})})
         return cls(configuration, clock, line=line)
 
@@ -838,6 +842,8 @@ class Telescope:
             self._model.take_up()
             self._registers = MountRegisters(session, self.configuration, self._reconfigured)
             session.open(make_safe=self.ownership.previous_owner_died)
+            if self._embedded is not None and self._embedded.inherited:
+                session.note("simulator", f"{self._embedded.inherited}: {configuration.state_directory}")
         except BaseException:
             self._store.close()
             raise
