@@ -13,6 +13,7 @@ from mounts.avr_box import commands, following
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
+from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
 from mounts.avr_box.settings import AvrSettings
@@ -267,7 +268,7 @@ class AvrBoxDrive:
         DriveRefused
             Always.
         """
-        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` makes one of a length")
+        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` moves one axis by a way")
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Reckon from here on.
@@ -348,6 +349,26 @@ class AvrBoxDrive:
     def asked_encoders(self) -> Told:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
+
+    def encoders_seen(self) -> tuple[EncoderSeen, ...]:
+        """What both encoders say, and where that is; nothing where none are fitted.
+
+        Raises
+        ------
+        TransportError
+            They do not answer.
+        """
+        if not self._settings.encoder_counts_per_turn:
+            return ()
+        told = self._box.ask(commands.ASK_ENCODERS)
+        seen = []
+        for axis, said in zip(self.axes, told.pair, strict=True):
+            encoder = axis.encoder
+            if encoder is not None:
+                tied = encoder.zero is not None and not self.supervision.unsynchronised
+                here = encoder.steps(said) if tied else None
+                seen.append(EncoderSeen(said, encoder.step, here, axis.at(told.middle).counts))
+        return tuple(seen)
 
     def begin_trial(self) -> None:
         """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
