@@ -383,7 +383,7 @@ class AvrBoxDrive:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
         wire = half * self._settings.wire_per_half
-        self._moves.send_remembered(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
+        self._moves.send_trial(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
         return wire
 
     def give_back(self) -> None:

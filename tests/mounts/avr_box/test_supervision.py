@@ -258,6 +258,20 @@ def test_after_half_a_move_not_one_byte_is_sent_until_a_sync(whole, encoders, ag
     assert within(bench)
 
 
+def test_whatever_is_remembered_around_a_move_knows_of_it_or_doubts():
+    bench, kept = opened(), []
+    remember = bench.drive._moves._remember
+
+    def noted():
+        remember()
+        kept.append(dict(bench.kept))
+
+    bench.drive._moves._remember = noted
+    bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    assert any(each["sending"] for each in kept)
+    assert all(each["sending"] or each["axes"][0]["moves"] for each in kept)
+
+
 @pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
 def test_a_sync_without_the_power_switch_makes_no_longer_move_than_the_one_cut_off(whole):
     bench, _ = cut_off(whole, 20000)
