@@ -247,7 +247,13 @@ def limit_answer(found: tuple[float, Check] | None) -> dict[str, Any] | None:
     return None if found is None else {"name": found[1].name, "utc": utc(found[0]), "detail": found[1].detail}
 
 
-def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[str] = ()) -> PassAnswer:
+def pass_answer(
+    ahead: PassPlan,
+    time: float,
+    planner: Planner,
+    notes: Sequence[str] = (),
+    budget: Mapping[str, Any] | None = None,
+) -> PassAnswer:
     """Put the pass of a target that is not up yet into the form of `plan --json`, as if started at `time`."""
     state = ahead.trajectory.angles(ahead.joined)
     direction = planner.mount.observed(state[0][0], state[1][0])
@@ -272,6 +278,7 @@ def pass_answer(ahead: PassPlan, time: float, planner: Planner, notes: Sequence[
             ],
             "checks": [],
             "pass": _pass(ahead, planner),
+            **({} if budget is None else {"budget": budget}),
             "notes": [f"not up yet: wait at the axis angles of `pass` until {utc(ahead.reachable)}", *notes],
         },
         ahead.joined,

@@ -5,7 +5,8 @@ from typing import Any
 
 from clockdrive.surroundings import Surroundings
 from pointing.error_budget import ErrorBudget, Stated, error_budget
-from pointing.plan import Plan
+from pointing.pass_plan import PassPlan
+from pointing.plan import AxisState, Plan
 from pointing.planner import Planner
 
 _ARCSEC = 180.0 / math.pi * 3600.0
@@ -14,9 +15,12 @@ _CONFIGURED = 10.0, 10.0  # how far a night's air is from one that was written d
 
 
 def budget_of(
-    plan: Plan, planner: Planner, around: Surroundings, uncertainty_counts: tuple[float, float] | None = None
+    plan: Plan | PassPlan,
+    planner: Planner,
+    around: Surroundings,
+    uncertainty_counts: tuple[float, float] | None = None,
 ) -> ErrorBudget:
-    """How far off a plan may land.
+    """How far off a plan may land, or be as it goes along with a satellite.
 
     Parameters
     ----------
@@ -27,7 +31,8 @@ def budget_of(
     """
     measured = around.air.reading is not None and not around.air.trouble
     pressure_hpa, temperature_k = _MEASURED if measured else _CONFIGURED
-    clock = around.clock(plan.arrival)
+    time, axes = _arrival(plan)
+    clock = around.clock(time)
     source = "measured" if measured else "configured"
     stated = Stated(
         pressure_hpa,
@@ -37,8 +42,15 @@ def budget_of(
         clock.text,
         uncertainty_counts,
     )
-    axes = (plan.axes[0].angle, plan.axes[0].rate), (plan.axes[1].angle, plan.axes[1].rate)
-    return error_budget(planner, axes, plan.arrival, stated)
+    return error_budget(planner, axes, time, stated)
+
+
+def _arrival(plan: Plan | PassPlan) -> tuple[float, AxisState]:
+    """When the axes are on the target, and their angles and rates then."""
+    if isinstance(plan, PassPlan):
+        return plan.joined, plan.trajectory.angles(plan.joined)
+    one, two = plan.axes
+    return plan.arrival, ((one.angle, one.rate), (two.angle, two.rate))
 
 
 def budget_json(budget: ErrorBudget) -> dict[str, Any]:

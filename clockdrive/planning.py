@@ -122,13 +122,13 @@ def answered(
 
     `uncertainty_counts` is by how much the drive's position may be off in each axis; None where no drive was asked.
     """
+    budget = budget_json(budget_of(found, planner, around, uncertainty_counts))
     if isinstance(found, Plan):
         said = notes_at(around, found.arrival, found.observed, target)
-        budget = budget_json(budget_of(found, planner, around, uncertainty_counts))
         return plan_answer(found, planner, (*said, *notes), target, budget)
     (one, _), (two, _) = found.trajectory.angles(found.joined)
     said = notes_at(around, found.joined, planner.mount.observed(one, two), target)
-    return pass_answer(found, time, planner, (*said, *notes))
+    return pass_answer(found, time, planner, (*said, *notes), budget)
 
 
 def notes_at(around: Surroundings, time: float, observed: Vector, target: Target | None) -> tuple[str, ...]:

@@ -123,7 +123,8 @@ class Session:
         self._opened = self.clock.now()
         reading = self.drive.connect(self.clock.now(), make_safe=make_safe or cut_short is not None)
         if cut_short is not None:
-            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; the drive was stopped"
+            ended = "the drive was stopped" if self.drive.capabilities.can_stop else "no command ends its last move"
+            self.trouble = f"{cut_short.kind} {cut_short.detail} was cut short; {ended}"
             self.note("recovery", self.trouble)
             self.store.end_activity()
         for note in self.drive.notes:

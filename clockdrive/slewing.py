@@ -353,10 +353,7 @@ class Slewing:
                 yield from self._landing(plan, report, plan.arrival)
             return
         turns = plan.rotator
-        due = plan.landings if not session.drive.axes_land_together else (max(plan.landings),) * 2
-        slews = [
-            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
-        ]
+        slews = self._slews(plan, speeds)
         if turns is not None:
             target, rate = turns.axis.target_counts, turns.axis.rate_counts
             slews.append(AxisSlew(target, rate, speeds.get(ROTATOR), turns.arrival))
@@ -378,6 +375,21 @@ class Slewing:
         there = pursuit.angles(plan.arrival)
         off = (abs(axis.angle - angle) for axis, (angle, _) in zip(plan.axes, there, strict=True))
         return max(off) <= _LED_OVER
+
+    def _slews(self, plan: Plan, speeds: dict[int, float]) -> list[AxisSlew]:
+        """What each axis is told; one that goes on at a rate of its own, for the moment when both have landed."""
+        drive, gearings = self._session.drive, [axis.gearing for axis in self._session.planner.axes]
+        if not (drive.capabilities.rate_control or drive.capabilities.path_nodes):
+            return [
+                AxisSlew(
+                    gearing.counts(axis.angle), axis.rate * gearing.counts_per_radian, speeds.get(i), plan.arrival
+                )
+                for i, (axis, gearing) in enumerate(zip(plan.axes, gearings, strict=True))
+            ]
+        due = plan.landings if not drive.axes_land_together else (max(plan.landings),) * 2
+        return [
+            AxisSlew(axis.target_counts, axis.rate_counts, speeds.get(i), due[i]) for i, axis in enumerate(plan.axes)
+        ]
 
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:

@@ -154,6 +154,9 @@ class _Zone:
         return (self._observed, self._elapsed, False) if refused else (arrival, total, True)
 
 
+_SHOWN_DEG = 0.01  # to which altitudes are told
+
+
 def horizon_check(limits: Limits, observed: Vector, when: str, ok: bool | None = None) -> Check:
     """Say how a direction stands to the horizon."""
     x, y, z = observed
@@ -164,9 +167,9 @@ def horizon_check(limits: Limits, observed: Vector, when: str, ok: bool | None =
     if clear:
         detail = f"altitude {altitude:.2f}° {when}, {lowest:.2f}° is the lowest allowed"
     else:
-        detail = (
-            f"altitude {altitude:.2f}° {when} is {lowest - altitude:.2f}° below the horizon limit of {lowest:.2f}°"
-        )
+        below = lowest - altitude
+        by = "at" if below < _SHOWN_DEG / 2.0 else f"{below:.2f}° below"  # as it comes to it there is no figure
+        detail = f"altitude {altitude:.2f}° {when} is {by} the horizon limit of {lowest:.2f}°"
     return Check("horizon", clear, detail, margin)
 
 

@@ -7,7 +7,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +43,15 @@ def commission(args: argparse.Namespace) -> None:
             bound = f"each axis moves at most {step.bound_deg:g}°" if step.moves else "nothing moves"
             print(f"  {step.name:16} {bound:32} {step.finds}", file=sys.stderr)
         _require_consent(args, "Take these steps?")
-    with _any_format(), backend(args.config, "commission") as telescope:
+    has_format = _FORMAT in written.values
+    with _any_format() if has_format else nullcontext(), backend(args.config, "commission") as telescope:
         refuse_typed_elsewhere(args.witness, telescope)
         answer = telescope.call(
             "commission",
             _events(telescope, quiet=args.json),
             only=args.only,
             witness=args.witness,
-            written={_FORMAT: written.values["drive.position_format"]},
+            written={_FORMAT: written.values[_FORMAT]} if has_format else {},
         )
     file = _written(args, answer["changes"])
     if args.json:

@@ -212,7 +212,7 @@ def _speed_text(found: Mapping[str, Any]) -> str:
 def _raw_text(found: Mapping[str, Any]) -> str:
     rows = found["fiducials"]
     if not rows:
-        return "\n".join(found["lines"]) or f"{found['command']}: OK"
+        return "\n".join((*(found["lines"] or [f"{found['command']}: OK"]), *filter(None, [found["note"]])))
     head = f"{'time':24} {'position':>12} {'velocity':>11} {'error':>10} {'edge':8} {'correction':>11}"
     return "\n".join((head, *(_passage_text(row) for row in rows)))
 

@@ -276,6 +276,9 @@ def _way_to_top_speed(bench: CommissioningBench, i: int) -> float | None:
     return None
 
 
+_OF_COUNTS = "the configured gears", "is what its register says"
+
+
 def _speed_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading]) -> Finding:
     most = bench.drive.slew_models[i].max_rate
     subject = f"axis{i + 1} top speed"
@@ -284,10 +287,9 @@ def _speed_finding(bench: CommissioningBench, i: int, readings: Sequence[Reading
         return Finding(subject, "untested", "the link is too slow to see the axis at full speed; use a quicker one")
     first, last = steady[0], steady[-1]
     rate = abs(last.axes[i].counts - first.axes[i].counts) / (last.time - first.time)
-    detail = (
-        f"{rate / bench.counts_per_deg(i):.3f}°/s by the configured gears; its register says "
-        f"{most / bench.counts_per_deg(i):.3f}°/s"
-    )
+    by, says = ("its own scale", "is configured") if bench.drive.capabilities.units == "degrees" else _OF_COUNTS
+    per_deg = bench.counts_per_deg(i)
+    detail = f"{rate / per_deg:.3f}°/s by {by}; {most / per_deg:.3f}°/s {says}"
     return Finding(subject, judged(abs(rate / most - 1.0) <= _SPEED_TOLERANCE), detail)
 
 

@@ -18,6 +18,7 @@ class Given:
 
     command: Command
     reply: Reply
+    moved_deg: float | None = None  # by which it set the position, where it did
 
     @property
     def fiducials(self) -> tuple[FiducialPassage, ...]:

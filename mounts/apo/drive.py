@@ -11,12 +11,14 @@ position that jumped while nobody looked is called unsynchronised.
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 from mounts.apo import supervision
 from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.axis_group import MOVES, AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
 from mounts.apo.clock_setting import ClockSet, require_settable, set_clock
+from mounts.apo.commands import decode
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
 from mounts.apo.exchanged import exchanged
@@ -352,11 +354,13 @@ class ApoDrive:
             There is no such command, or axis; the controller refuses it, or does not answer.
         """
         i = self._group.named(name)
-        given = give(self._axes[i], text)
-        if given.command.name in SETS_POSITION:
-            self._trust.set_by_hand(i)
-            self._remember(self.memory)
-        return given
+        axis = self._axes[i]
+        if decode(text).name not in SETS_POSITION:
+            return give(axis, text)
+        before, given = axis.look().position, give(axis, text)
+        self._trust.set_by_hand(i)
+        self._remember(self.memory)
+        return replace(given, moved_deg=axis.look().position - before)
 
     def set_clocks(self, time: float) -> Sequence[ClockSet]:
         """Have the clocks of all controllers set, and say how far they were and are off; everything halts for it.

@@ -7,6 +7,8 @@ import re
 from typing import NamedTuple
 
 LENGTH = 14
+MOST_COUNTS = 99_999
+"""That five digits can say."""
 _FORM = re.compile(rb"([+-]\d{5})\t([+-]\d{5})\r")
 _MOST_HELD = 256
 

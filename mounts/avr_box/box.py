@@ -18,10 +18,16 @@ ANSWER_S = 0.25  # in which an answer has begun, beyond its line time
 _BITS_PER_BYTE = 10
 _QUIET_S = 0.05
 _TRIES = 3
+_RUBBISH = 4096  # bytes of what nobody asked for that may wait to be read
 _STRANGE = 64  # bytes of something else after which it is no box that talks
+_MOST_ARGUMENTS = max(command.arguments for command in COMMANDS.values())
+_STRANGER = (
+    "{}: what talks there is no stepper box, which says nothing that it was not asked: check the port, 9600 baud, "
+    "8N1, and [drive] kind"
+)
 HALF_A_COMMAND = (
-    "the link failed in the middle of a command, and the box may wait for the rest of it: the next byte would begin "
-    "a move of any length. Switch the box off and on, then `sync`"
+    "the link failed or the program ended in the middle of a command, and the box may wait for the rest of it: the "
+    "next byte would begin a move of any length, so nothing is sent any more. Switch the box off and on, then `sync`"
 )
 
 
@@ -61,7 +67,7 @@ class Box:
         self._fresh = True  # nothing was asked since it was opened: what comes is of others
         self._trips: list[float] = []  # seconds, the last few round trips without their line time
         self.in_doubt = False
-        """Whether half a command may stand in the box."""
+        """Whether half a command may stand in the box; a program that begins is told so by the one before it."""
         self.damaged = 0
         """How often something was lost or mutilated on the line, as far as answers show it."""
 
@@ -130,16 +136,26 @@ class Box:
             self._opened().read(LENGTH, left)
 
     def switched_on(self) -> None:
-        """A person has switched the box off and on: nothing stands in it."""
-        self.in_doubt = False
+        """A person says that the box was switched off and on: nothing stands in it.
+
+        Zeros, which are no command, are sent first. If it was not so, they complete what stands in the box to a move
+        no longer than the one that was cut off.
+
+        Raises
+        ------
+        LinkError
+            The link was lost; it is as it was.
+        """
+        if self.in_doubt:
+            self._opened().write(bytes(_MOST_ARGUMENTS))
+            self.in_doubt = False
 
     def close(self) -> None:
         """Close the link."""
         self._drop()
 
     def _asked(self, link: Link, question: bytes) -> Told:
-        while link.read(256, _QUIET_S if self._unsettled else 0.0):
-            self.damaged += not self._fresh
+        self._clear(link)
         self._unsettled, self._fresh = True, False
         decoder = AnswerDecoder()
         sent = link.write(question)
@@ -151,14 +167,20 @@ class Box:
                 self.damaged += come > LENGTH
                 return self._told(pairs[0], sent)
         if come >= _STRANGE:
-            raise WrongProtocol(
-                f"{link.name}: what talks there is no stepper box, which says nothing that it was not asked: check "
-                "the port, 9600 baud, 8N1, and [drive] kind"
-            )
+            raise WrongProtocol(_STRANGER.format(link.name))
         what = "something that is no answer of a stepper box" if come else "nothing"
         raise NoAnswer(
             f"{link.name}: {what} came to {question.decode()!r}; check port, cable and power, and 9600 baud, 8N1"
         )
+
+    def _clear(self, link: Link) -> None:
+        """Throw away what nobody asked for; a port that does not fall silent is not that of a box."""
+        come = 0
+        while data := link.read(256, _QUIET_S if self._unsettled else 0.0):
+            self.damaged += not self._fresh
+            come += len(data)
+            if come > _RUBBISH:
+                raise WrongProtocol(_STRANGER.format(link.name))
 
     def _told(self, pair: Pair, sent: float) -> Told:
         """What was said was true between the question's last byte and the answer's first."""

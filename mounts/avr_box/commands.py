@@ -143,6 +143,11 @@ def set_zero(number: int) -> bytes:
     return b"Z" + _bin(number)
 
 
+def harmless_up_to(number: int) -> int:
+    """The largest argument byte up to a number of 1 to 255 that is no command, should the letter before be lost."""
+    return next(byte for byte in range(number, 0, -1) if chr(byte) not in COMMANDS)
+
+
 ASK_PEC = b"P"
 ASK_ENCODERS = b"Q"
 
@@ -156,4 +161,10 @@ def _byte(name: str, number: int) -> bytes:
 def _bin(number: int) -> bytes:
     if not 0 <= number < BINS:
         raise AvrBoxError(f"PEC bin {number}: there are 0 to {BINS - 1}")
-    return number.to_bytes(2, "little")
+    data = number.to_bytes(2, "little")
+    if letters := [chr(byte) for byte in data if chr(byte) in COMMANDS]:
+        raise AvrBoxError(
+            f"PEC bin {number}: its byte is the command {letters[0]!r}, which it begins if the byte before it is lost; "
+            "take a bin beside it"
+        )
+    return data

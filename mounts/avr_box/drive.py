@@ -60,6 +60,7 @@ class AvrBoxDrive:
         doubt = kept.crystal_uncertainty
         self._ticks = TickClock(kept.crystal, CRYSTAL_UNCERTAINTY if doubt is None else doubt)
         self._seen = kept.time
+        box.in_doubt = kept.sending
         one, two = (
             BoxAxis(i, settings, law, self._ticks, kept.axes[i], kept.time if math.isfinite(kept.time) else box.now())
             for i, law in enumerate(laws(settings.slew_table))
@@ -122,7 +123,7 @@ class AvrBoxDrive:
             self._ticks.crystal,
             self._ticks.crystal_uncertainty,
             self._resting,
-            self._moves.sending,
+            self._moves.sending or self._box.in_doubt,
             self._settings.meaning,
         ).as_json()
 
@@ -141,11 +142,13 @@ class AvrBoxDrive:
         TransportError, WrongProtocol
             Nothing answers, or nothing that is a stepper box.
         """
+        self._resting |= make_safe
+        if self.supervision.in_doubt():
+            return self._reading()
         self._watch.see_a_tick()
         self._write_flags(pec=self._settings.pec)
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
-        self._resting |= make_safe
         self._unattended(time)
         self.supervision.found()
         return self._reading()
@@ -161,7 +164,8 @@ class AvrBoxDrive:
             return
         axis = self.axes[0]
         rates = self._tracker.rates
-        doubt = away * rates.own * _UNATTENDED + min(away, _GUIDED_S) * (rates.faster - rates.own)
+        unsure = _UNATTENDED if self._settings.encoder_counts_per_turn else 1.0  # it may have been switched off
+        doubt = away * rates.own * unsure + min(away, _GUIDED_S) * (rates.faster - rates.own)
         here = axis.at(time)
         axis.known(here.counts, time, here.uncertainty + max(0.0, doubt))
         degrees = away * rates.own / self._settings.steps_per_turn[0] * 360.0
@@ -177,9 +181,11 @@ class AvrBoxDrive:
 
         Raises
         ------
-        TransportError, DriveRefused
-            The box does not answer, or must not be asked.
+        TransportError
+            The box does not answer.
         """
+        if self.supervision.in_doubt():
+            return self._reading()
         self._slews.send_due()
         if self._settings.encoder_counts_per_turn:
             self.supervision.look()
@@ -302,7 +308,7 @@ class AvrBoxDrive:
         Raises
         ------
         AvrBoxError
-            There is no such bin.
+            There is no such bin, or its bytes could be taken for a command.
         """
         self._box.send(commands.set_bin(number) if name == "pec_bin" else commands.set_zero(number))
 
@@ -323,7 +329,7 @@ class AvrBoxDrive:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
         wire = half * self._settings.wire_per_half
-        self._box.send(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
+        self._moves.send_remembered(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
         return wire
 
     def give_back(self) -> None:

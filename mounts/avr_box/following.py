@@ -2,16 +2,18 @@
 
 Within the reach of `+` and `-` axis 1 is trimmed by them. Beyond it, and to hold a place against tracking that cannot
 be switched off, it makes short moves; then it runs to and fro, on a path evenly on both sides, at rest only short of
-the place, never beyond it, for that may be a limit.
+the place, for that may be a limit.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mounts.avr_box.commands import harmless_up_to
 from mounts.avr_box.guiding import GuideRates
 
 HELD_EVERY_S = 20.0  # from one move to the next, at rest: 5′ to and fro
+_SHORT_OF_IT_S = 2.0  # of tracking before its place, at rest, that are left for the next look and its line
 _MOVED_EVERY_S = 3.0  # likewise on a path beyond the reach of guiding
 _FAR = 24.0  # microsteps off the path, 1.3″, that guiding would take too long to close
 _LEAST = 4.0  # microsteps to either side that are worth a move
@@ -34,7 +36,7 @@ def band_of(wanted: float, rates: GuideRates) -> Band:
     """The band of axis 1 on a path of a rate, microsteps a second, both counted with its own tracking."""
     if wanted == 0.0:
         back = -rates.own * HELD_EVERY_S
-        return Band(1.5 * back, 0.0, back)
+        return Band(1.5 * back, -rates.own * _SHORT_OF_IT_S, back)
     left = min(max(wanted, rates.slower), rates.faster) - wanted
     if left == 0.0:
         return Band(-_FAR, _FAR, 0.0)
@@ -61,4 +63,4 @@ def move_back(ahead: float, wanted: float, band: Band, duration: Callable[[int],
 def single_steps(ahead: float) -> int:
     """Microsteps of axis 2, signed, to be made one by one; 0 where a move is quicker or nothing is to be done."""
     steps = -round(ahead)
-    return steps if 1 <= abs(steps) <= _FINE else 0
+    return int(math.copysign(harmless_up_to(abs(steps)), steps)) if 1 <= abs(steps) <= _FINE else 0

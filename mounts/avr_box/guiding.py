@@ -6,6 +6,7 @@ middle of a tick, so that what is not known of the phase changes its length by t
 
 from dataclasses import dataclass
 
+from mounts.avr_box.commands import harmless_up_to
 from mounts.avr_box.timers import CRYSTAL_HZ, TRACKING_PRESCALER
 
 MOST_TICKS = 255
@@ -51,8 +52,11 @@ def pulse(ahead: float, wanted: float, rates: GuideRates, since_tick: float, tic
     due = (wanted - rates.own) * EVERY_S / 2.0 - ahead
     change = (rates.faster if due > 0.0 else rates.slower) - rates.own
     ticks = min(round((due / change + since_tick) / tick_s), MOST_TICKS)
+    if ticks < 1:
+        return None
+    ticks = harmless_up_to(ticks)
     duration = ticks * tick_s - since_tick
-    return Pulse(1 if change > 0.0 else -1, ticks, duration) if ticks >= 1 and duration > 0.0 else None
+    return Pulse(1 if change > 0.0 else -1, ticks, duration) if duration > 0.0 else None
 
 
 def sent_after(since_tick: float, tick_s: float) -> float:

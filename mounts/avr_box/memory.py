@@ -1,12 +1,12 @@
 """What the driver of a box wants to be given back: all that nobody can ask the box.
 
 Position and its time, the moves under way, the ties of the encoders, the measured crystal. A move is remembered
-before it is sent: where a program ended in between, nobody knows whether it was made.
+before it is sent: where a program ended in between, half of it may stand in the box.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import cast
 
 NEVER = "the position of this drive was never synchronised; `sync` on a known star"
@@ -14,9 +14,6 @@ UNREADABLE = "what was remembered of this drive's position cannot be read; `sync
 REINTERPRETED = (
     "gears, centre, sense, mount type or site were configured anew since the last sync, so counts mean other places; "
     "`sync` on a known star"
-)
-UNSENT = (
-    "the program ended while it sent a move, and the box does not say whether it was made; `sync` on a known star"
 )
 
 
@@ -67,13 +64,9 @@ class Kept:
         except (KeyError, TypeError, ValueError):
             return cls(unsynchronised=UNREADABLE, meaning=meaning)
         why = found.unsynchronised
-        if not why and found.sending:
-            why = UNSENT
         if not why and found.meaning != meaning:
             why = REINTERPRETED
-        return cls(
-            why, found.time, found.axes, found.crystal, found.crystal_uncertainty, found.resting, meaning=meaning
-        )
+        return replace(found, unsynchronised=why, meaning=meaning)
 
 
 def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:

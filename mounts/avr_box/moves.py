@@ -73,13 +73,26 @@ class Moves:
             decreasing=half < 0,
             axis_bit=self._settings.axis_bit,
         )
-        self.sending = True
-        self._remember()
-        begin = self._box.send(command)
+        begin = self.send_remembered(command)
         axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
-        self.sending = False
         self._remember()
         self.unproved = True
+
+    def send_remembered(self, command: bytes) -> float:
+        """Send a move, known to a program that comes after one that ends meanwhile; return when the box has it.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `Box.send`.
+        """
+        self.sending = True
+        self._remember()
+        try:
+            return self._box.send(command)
+        finally:
+            self.sending = False  # what a link that failed may have left in the box is in doubt from here on
+            self._remember()
 
     def send_short(self, axis: BoxAxis, half: int) -> None:
         """Send as much of a move as one command may be, and ask after it."""

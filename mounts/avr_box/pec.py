@@ -54,6 +54,8 @@ class PeriodicError:
 def fitted(times: Sequence[float], ahead: Sequence[float], worm_s: float, harmonics: int = 4) -> PeriodicError:
     """Fit what was measured, seconds since bin 0 and microsteps ahead, by harmonics of the worm and a drift.
 
+    `worm_s` is how long a turn of the worm took while it was measured.
+
     Raises
     ------
     PecError

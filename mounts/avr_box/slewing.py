@@ -18,6 +18,7 @@ _SOON_S = 0.5  # within which `send_due` waits for the time of a piece
 _SHORT_S = 5.0  # that a move of tracking takes at most, for a slew to wait for it
 _EXCHANGE_S = 0.05  # of a question and its answer
 _CORRECTED = 2000  # microsteps by which the last piece of a slew makes up for what the others were off
+_AHEAD_S = 5e-4  # by which the last microstep is to be made before it is due
 _ROUNDS = 4  # of solving where both land, each later than the one before by less
 
 
@@ -70,11 +71,11 @@ class Slews:
         aims = [Aim(slew.target, began, began) for slew in slews[:2]]
         for _ in range(_ROUNDS):
             lands = [
-                began + _travel(axis, aim, slew, began).duration
+                began + _travel(axis, aim, slew, began).duration - _AHEAD_S
                 for axis, aim, slew in zip(self._axes, aims, slews, strict=False)
             ]
             aims = [
-                Aim(_led(axis, slew, own, max(lands)), own, max(lands))
+                Aim(_led(axis, slew, own, max(lands) + _AHEAD_S), own, max(lands) + _AHEAD_S)
                 for axis, slew, own in zip(self._axes, slews, lands, strict=False)
             ]
         return aims

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
-from mounts.avr_box.box import Box, Told
+from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
 from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
 from mounts.avr_box.tick_clock import TickClock
@@ -24,7 +24,12 @@ _LATELY_S = 20.0  # within which the bin may have been told already, and taken f
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
 _OFTEN = 2  # times that the opposite is no chance
+ABSENT_S = 60.0  # for which a box that no encoder watches may be left without a program
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
+ABSENT = (
+    "no program watched, and without encoders nobody knows whether the box was switched off or the telescope turned "
+    "meanwhile; `sync` on a known star"
+)
 MAY_RUN = (
     "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: both "
     "axes were given moves of 5′ to end it; look at the telescope, switch the box off if it runs, then `sync`"
@@ -105,13 +110,15 @@ class Supervision:
     def found(self) -> None:
         """Look for the first time: tie the encoders, or say where the axes went while nobody looked."""
         if self._axes[0].encoder is None:
+            if not self.unsynchronised and self._box.now() - self._looked > ABSENT_S:
+                self._lose(ABSENT)
             return
         told = self._box.ask(commands.ASK_ENCODERS)
         if self.unsynchronised:
             return
         self._tie(told)
         if any(self._beyond(axis, told) for axis in self._axes):
-            if self._began_anew(told):
+            if self._counts_from_nothing(told):  # far from where they would be, had the box not been switched off
                 self._lose(SWITCHED)
             else:
                 self._repair(self._astray(told))
@@ -165,6 +172,12 @@ class Supervision:
         if running:
             self._end(running)
 
+    def in_doubt(self) -> bool:
+        """Whether half a command may stand in the box, so that it must not be sent one byte until a `sync`."""
+        if self._box.in_doubt and self.unsynchronised != HALF_A_COMMAND:
+            self._lose(HALF_A_COMMAND)
+        return self._box.in_doubt
+
     def suspect(self) -> None:
         """The box was silent after a move: see whether it runs."""
         if self._axes[0].encoder is None:
@@ -186,10 +199,10 @@ class Supervision:
 
     def synchronised(self) -> None:
         """A person says where the axes are."""
+        self._box.switched_on()
         self.unsynchronised, self.alarms, self._sound = "", (), self._box.damaged
         self._runaways = []
         self._halved = self._doubled = 0
-        self._box.switched_on()
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
         for encoder in encoders:
             encoder.zero = None
@@ -334,13 +347,18 @@ class Supervision:
 
     def _began_anew(self, told: Told) -> bool:
         """Whether both count from nothing, and did not before, or the PEC bin does as well."""
+        if not self._counts_from_nothing(told):
+            return False
+        return max(map(abs, self._counted)) > _AWAY_COUNTS or self._bin_began_anew(self._away(told))
+
+    def _away(self, told: Told) -> float:
+        """Seconds since the encoders were last believed."""
+        return max(0.0, told.middle - self._looked)
+
+    def _counts_from_nothing(self, told: Told) -> bool:
+        """Whether both encoders say what they would, had the box been switched on since they were last believed."""
         one = self._axes[0]
-        if one.encoder is None:
-            return False
-        away = max(0.0, told.middle - self._looked)
-        if not zeroed(told.pair, abs(one.own_rate) * away / one.encoder.step):
-            return False
-        return max(map(abs, self._counted)) > _AWAY_COUNTS or self._bin_began_anew(away)
+        return one.encoder is not None and zeroed(told.pair, abs(one.own_rate) * self._away(told) / one.encoder.step)
 
     def _bin_began_anew(self, away: float) -> bool:
         """Whether the PEC bin counts from nothing since some moment of the last seconds."""

@@ -113,7 +113,11 @@ class TickClock:
         span = (self._low + self._high - low - high) / 2.0
         doubt = (self._high - self._low + high - low) / 2.0 / span
         if doubt < _SURER * self.crystal_uncertainty:
-            self.crystal = ticks * TICK_S / span
-            self.crystal_uncertainty = max(doubt, _LEAST)
+            measured = ticks * TICK_S / span
+            agrees = abs(measured - self.crystal) <= doubt  # then what is believed is kept, which wavers less
+            self.crystal = self.crystal if agrees else measured
+            self.crystal_uncertainty = min(
+                self.crystal_uncertainty, max(doubt + abs(measured - self.crystal), _LEAST)
+            )
         if high - low > 2.0 * (self._high - self._low) and span < 60.0 * self.tick_s:
             self._first = (self._low, self._high, 0)  # a beginning that is better known

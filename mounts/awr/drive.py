@@ -9,8 +9,6 @@ word is written into the non-volatile memory unless a person asks for it.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 from mounts.awr.at_speed import Keys, held_at, keys_of
@@ -18,15 +16,16 @@ from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Beside, Guardian
 from mounts.awr.by_hand import ByHand
 from mounts.awr.cascade import Cascade, Errors, Stage
+from mounts.awr.drive_rates import DriveRates
 from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
-from mounts.awr.registers import BY_NAME, Flags, by_name, shown
+from mounts.awr.pace import Pace
+from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.speeds import DRIVES, RateWords, Speeds
-from mounts.awr.supervision import SWITCHED, Supervision
+from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
@@ -39,14 +38,9 @@ if TYPE_CHECKING:
 
 _FOLLOW_S = 2.0  # from one look at a path to the next
 _LEAST_FOLLOW_S = 0.5
+_CLOSING = 2.0  # times sidereal, at which an axis is led back to its path at most
 _COOKIE_EVERY_S = 10.0
-_TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
-_SPARE_S = 0.002  # between two commands, beside the line
-_BYTES = 10  # of a key and its answer
-_EVENT_BYTES = 7
-_APART = 3.0  # standard deviations of what lies between two events, so that one seldom finds the line taken
-_SLEWS = (BY_NAME["slew_right"], BY_NAME["slew_up"])  # of axis 1, of axis 2
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -91,7 +85,9 @@ class AwrDrive:
         self._beside = Beside(unit, guardian)
         self.keys = Holding(unit, self._beside, self.axes, settings.jitter, self._lose)
         if kept.delay_s is not None:
-            self.keys.delay_s = kept.delay_s
+            self.keys.remember_delay(kept.delay_s)
+        self._pace = Pace(unit, self.words, settings)
+        self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys)
         self._kept = kept
         self._cookie: int | None = kept.cookie
@@ -101,11 +97,9 @@ class AwrDrive:
         self._cascade: Cascade | None = None
         self._stages = 0
         self._course: list[Stage] = []
-        self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._jog: Keys | None = None  # the keys that are held until told otherwise
         self._resting = False
         self._own_notes: tuple[str, ...] = ()
-        self._slower: tuple[float | None, float | None] = (None, None)
 
     # What it is ------------------------------------------------------------------------------------------------
 
@@ -126,48 +120,21 @@ class AwrDrive:
     @property
     def ladder(self) -> Ladder:
         """The speeds as steps from slew to a target that is tracked, with a slew as fast as its jitter allows."""
-        return self._ladder
-
-    @cached_property
-    def _ladder(self) -> Ladder:
-        return self._usual[0]
-
-    @cached_property
-    def _resting_ladder(self) -> Ladder:
-        """The speeds while both drives are off."""
-        resting = self.words.resting
-        return self._slowed(resting, resting.ladder(self.exchange_s).careful_rates)[0]
-
-    @property
-    def _usual(self) -> tuple[Ladder, dict[int, int]]:
-        """Speeds with a slew as fast as its jitter allows while axis 1 tracks, and the words for it."""
-        usual = self.words.usual
-        return self._slowed(usual, usual.ladder(self.exchange_s).careful_rates)
-
-    def _forget_ladders(self) -> None:
-        """The words were read anew."""
-        for name in ("_ladder", "_resting_ladder"):
-            self.__dict__.pop(name, None)
-
-    @property
-    def exchange_s(self) -> float:
-        """Seconds from one key to the next: their answers, and events that they make, do not wait for one another."""
-        answers = _BYTES * self.unit.byte_s + 2.0 * self.unit.delay_s + _SPARE_S
-        scatter = _APART * self._settings.jitter.hold_s if self.unit.byte_s else 0.0
-        return answers + _EVENT_BYTES * self.unit.byte_s + scatter
+        return self._pace.ladder
 
     @property
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
         one, two = (
-            AwrSlewModel(self.ladder, i, self._resting_ladder, rate) for i, rate in enumerate(self.words.usual.drives)
+            AwrSlewModel(self.ladder, i, self._pace.resting_ladder, rate)
+            for i, rate in enumerate(self.words.usual.drives)
         )
         return one, two
 
     @property
     def start_latency(self) -> float:
         """Speed and key, the drive rates, and the moment until the key acts."""
-        return 2.0 * self.exchange_s + self.keys.delay_s
+        return 2.0 * self._pace.exchange_s + self.keys.delay_s
 
     @property
     def axes_land_together(self) -> bool:
@@ -194,7 +161,8 @@ class AwrDrive:
             moving=self._aims is not None or self._jog is not None or self.keys.busy,
             cookie=self._cookie,
             directions=self.words.lasting.get(0x00, self._kept.directions),
-            delay_s=self.keys.delay_s,
+            calibration=self._kept.calibration if self.words.calibration is None else self.words.calibration,
+            delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
         ).as_json()
@@ -231,8 +199,8 @@ class AwrDrive:
             self._rest()
         self._ask_status(time)
         self._take_events()
-        self._forget_ladders()
-        self._slow_down(self._usual[1])
+        self._pace.forget()
+        self._pace.as_usual()
         self._cookie = self.words.bake()
         self._cookie_asked = self.unit.now()
         self._warn_of_words()
@@ -255,6 +223,8 @@ class AwrDrive:
             self._lose(
                 "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
             )
+        if not lost and kept.calibration not in {None, self.words.calibration}:
+            self._lose(RECALIBRATED)
         if not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
             self._lose(SWITCHED)
         away = time - kept.time
@@ -266,27 +236,11 @@ class AwrDrive:
         plays = [name for name in ("ra_backlash", "dec_backlash") if self.words.lasting.get(BY_NAME[name].address)]
         if plays:
             self._own_notes = (*self._own_notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        if wrong := self.words.usual.contradiction():
+            self._own_notes = (*self._own_notes, wrong)
         if not self.words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self._own_notes = (*self._own_notes, said)
-
-    def _slowed(self, speeds: Speeds, rates: Sequence[float]) -> tuple[Ladder, dict[int, int]]:
-        """Speeds whose slew goes no faster than `rates` beyond the drives, steps a second, and the words for it."""
-        full, words = speeds.ladder(self.exchange_s), {}
-        for register, rate, fastest, drive in zip(_SLEWS, rates, full.slew_rates, speeds.drives, strict=True):
-            value = lasting = self.words.lasting[register.address]
-            if rate < fastest:
-                value = max(1, min(lasting, round((rate - abs(drive)) / self._settings.frequency_unit)))
-            words[register.address] = value
-        names = {rung.speed for rung in full.slewing_at(rates).rungs}
-        there = replace(speeds, ram={**speeds.ram, **words}).ladder(self.exchange_s)
-        return replace(there, rungs=tuple(rung for rung in there.rungs if rung.speed in names)), words
-
-    def _slow_down(self, slews: Mapping[int, int]) -> None:
-        """Have these words of the slew in RAM."""
-        for register in _SLEWS:
-            if self.words.ram.get(register.address) != slews[register.address]:
-                self.words.soft_write(register, slews[register.address])
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -307,8 +261,8 @@ class AwrDrive:
             self._aims is not None or self.keys.busy
         ):
             self._give_up()
-        if self._doubts and not self.keys.busy:
-            self._resolve()
+        if self._drives.in_doubt and not self.keys.busy:
+            self._drives.resolve()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
@@ -328,14 +282,17 @@ class AwrDrive:
         self.keys.speed = None
         now = self.unit.now()
         for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
-            axis.known(axis.at(now).counts, now, math.inf)
+            here = axis.at(now)
+            axis.known(here.counts, now, here.uncertainty)
             axis.drives_at(rate, now)
-        self._forget_ladders()
+        self._pace.forget()
         self._cookie = self.words.bake()
 
     def _ask_cookie(self) -> None:
         """See that the unit was not reset unheard."""
         self._cookie_asked = self.unit.now()
+        if self.words.was_committed():
+            self.supervision.note(COMMITTED)
         if self._cookie is not None and not self.words.is_there(self._cookie):
             self._lose(SWITCHED)
             self.supervision.was_reset = True
@@ -347,8 +304,8 @@ class AwrDrive:
         axes = []
         for axis in self.axes:
             state = axis.at(now)
-            doubt = state.uncertainty if math.isfinite(state.uncertainty) else 0.0
-            axes.append(AxisReading(state.counts, doubt, state.rate, slewing or self.keys.slewing(axis.index)))
+            moved = slewing or self.keys.slewing(axis.index)
+            axes.append(AxisReading(state.counts, state.uncertainty, state.rate, moved))
         rates = [axis.rate for axis in self.axes]
         return Reading(
             now,
@@ -367,6 +324,8 @@ class AwrDrive:
             raise Unsynchronised(self.supervision.unsynchronised)
         if self.supervision.stopped:
             raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        if wrong := self.words.usual.contradiction():
+            raise DriveRefused(wrong)
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
@@ -383,20 +342,14 @@ class AwrDrive:
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
-            self._drive_at(axis, slew.rate_after)
+            self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
-        full = self.words.full
-        caps = [
-            rate if slew.max_rate is None else min(rate, slew.max_rate)
-            for rate, slew in zip(full.ladder(self.exchange_s).careful_rates, (one, two), strict=True)
-        ]
-        ladder, slews = self._slowed(full, caps)
-        self._slow_down(slews)
+        ladder = self._pace.no_faster((one.max_rate, two.max_rate))
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
         self._remember(self.memory)
-        began = self.unit.now() + self.exchange_s + self.keys.delay_s
+        began = self.unit.now() + self._pace.exchange_s + self.keys.delay_s
         try:
             self._go_on()
         except (DriveError, TransportError):
@@ -462,45 +415,16 @@ class AwrDrive:
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
         self._resting = False
-        for axis, (there, _) in zip(self.axes, ahead, strict=False):
-            self._drive_at(axis, (there - axis.at(now).counts) / _FOLLOW_S)
+        most = _CLOSING * self._settings.sidereal_steps_per_s
+        for axis, (there, rate) in zip(self.axes, ahead, strict=False):
+            closing = (there - axis.at(now).counts) / _FOLLOW_S - rate
+            self._drives.drive_at(axis.index, rate + min(max(closing, -most), most))
         return _FOLLOW_S - (self.unit.now() - now)
-
-    def _drive_at(self, axis: AwrAxis, rate: float) -> None:
-        """Have a drive go at the rate nearest to one that its words can make."""
-        speeds = self.words.speeds
-        usual = Flags.of(self.words.lasting[BY_NAME[f"{DRIVES[axis.index]}_flags"].address]).postscaler
-        self._written(axis, speeds.words_for(rate, usual))
-
-    def _written(self, axis: AwrAxis, words: RateWords) -> None:
-        """Write the words of a drive; where that fails nobody knows which are in force until they are read."""
-        new, asked = self.words.speeds.of(words), self.unit.now()
-        try:
-            for went, since in self.words.drive_at(axis.index, words):
-                axis.drives_at(self.words.speeds.of(went), since)
-        except (TransportError, DriveError):
-            self._doubts.setdefault(axis.index, (asked, []))[1].extend((axis.rate, new))
-            raise
-
-    def _resolve(self) -> None:
-        """Read the words of drives that are in doubt; how far their axes may have gone meanwhile is uncertain."""
-        for index, (since, rates) in list(self._doubts.items()):
-            axis = self.axes[index]
-            self.words.read_drive(index)
-            actual, now = self.words.speeds.drives[index], self.unit.now()
-            spread = (max(*rates, actual) - min(*rates, actual)) * (now - since)
-            here = axis.at(now)
-            axis.known(here.counts, now, here.uncertainty + spread)
-            axis.drives_at(actual, now)
-            del self._doubts[index]
 
     def _rest(self) -> None:
         """Switch both drives off."""
         self._resting = True
-        for axis in self.axes:
-            flags = Flags.of(self.words.drive_flags(axis.index))._replace(enable=False)
-            counts = self.words.ram[BY_NAME[f"{DRIVES[axis.index]}_counts"].address]
-            self._written(axis, RateWords(counts, flags))
+        self._drives.rest()
 
     # At a speed ------------------------------------------------------------------------------------------------
 
@@ -524,7 +448,7 @@ class AwrDrive:
         """
         self._require_ready()
         self.keys.require_hearing()
-        stage = held_at(self.words.speeds.ladder(self.exchange_s), rates)
+        stage = held_at(self._pace.present, rates)
         wanted = keys_of(stage)
         if wanted == self._jog:
             self.keys.look()
@@ -603,6 +527,11 @@ class AwrDrive:
             rows[f"drive_rate_{number}"] = f"{rate:.4f} steps/s, the next one {apart:.2g} away"
         if self._course:
             rows["last_goto"] = "; ".join(map(str, self._course))
+        rows["line"] = f"{self.unit.damaged} packets lost or damaged" + "".join(
+            f"; {why}" for why in self.unit.strange
+        )
+        if self.unit.debug:
+            rows["debug_text"] = " | ".join(self.unit.debug)
         rows["key_delay_ms"] = f"{self.keys.delay_s * 1e3:.1f}"
         rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in self.ladder.guide_steps)
         return rows
@@ -671,7 +600,7 @@ class AwrDrive:
         AwrError, DriveError, TransportError
             There is no such key or speed; there is no dead-man process, or the unit does not obey.
         """
-        ladder = self.words.speeds.ladder(self.exchange_s)
+        ladder = self._pace.present
         self.hand.press(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
 
     def trial(self, name: str, speed: str, seconds: float, *, tracking: bool = False) -> tuple[Trial, float]:
@@ -684,12 +613,10 @@ class AwrDrive:
         """
         began = self.unit.now()
         if tracking:
-            self._drive_at(self.axes[0], math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
+            self._drives.drive_at(0, math.copysign(self._settings.sidereal_steps_per_s, self.words.tracks))
             began = self.unit.now()
         try:
-            most = _TRIAL_SLEW * self.words.lasting[BY_NAME["move_right"].address]
-            self._slow_down({each.address: min(self.words.lasting[each.address], most) for each in _SLEWS})
-            ladder = self.words.speeds.ladder(self.exchange_s)
+            ladder = self._pace.on_trial()
             trial = self.hand.trial(name, cast("Speed", speed), seconds, ladder, lambda: self._remember(self.memory))
         finally:
             self._rest()
@@ -711,11 +638,8 @@ class AwrDrive:
         return self.words.differing()
 
     def _words_changed(self) -> None:
-        """The drives go as the words say now."""
-        self._forget_ladders()
-        now = self.unit.now()
-        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
-            axis.drives_at(rate, now)
+        self._pace.forget()
+        self._drives.as_the_words_say()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
         """Release all keys; the drives go on at their rates where that is wanted, and stop else."""

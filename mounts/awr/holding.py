@@ -30,6 +30,7 @@ _SIGMAS, _EARLY_S = 5.0, 0.01
 _INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
+_FEW = 4  # keys of which that must be known before an event that comes otherwise is another's
 _LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
 LOST = (
     "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
@@ -101,6 +102,7 @@ class Holding:
         self.speed: Speed | None = None
         """The speed in force, where that is known."""
         self.delay_s = _USUAL_S
+        self._delays = 0  # of how many keys it is known
         """Seconds from hearing a key to its acting, as learnt."""
         self.trials: list[Trial] | None = None
         """What motions lasted, while it is found out what they should; None in all else."""
@@ -110,6 +112,15 @@ class Holding:
         self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
         self.moving = (False, False)
         """What the unit told last."""
+
+    @property
+    def known_delay_s(self) -> float | None:
+        """Seconds from hearing a key to its acting; None while too few keys were pressed to know."""
+        return self.delay_s if self._delays >= _FEW else None
+
+    def remember_delay(self, delay_s: float) -> None:
+        """What was learnt of it before."""
+        self.delay_s, self._delays = delay_s, _FEW
 
     @property
     def busy(self) -> bool:
@@ -268,10 +279,12 @@ class Holding:
             held.began = each
             late = each.time - held.pressed - self.delay_s
             jitter = self.punctuality.jitter
-            if not abs(late) <= _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S:
+            most = _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S
+            if not abs(late) <= (most if self._delays >= _FEW else _TOLD_S):
                 self._lost(axis, "began")  # this event is another's, or damaged: no key was pressed
             else:
-                self.delay_s += _LEARNT * (min(max(each.time - held.pressed, 0.0), _LATEST_S) - self.delay_s)
+                self._delays += 1
+                self.delay_s += max(_LEARNT, 1.0 / self._delays) * (each.time - held.pressed - self.delay_s)
                 self._axes[axis].began(each.time)
         elif not moves and held.began is not None:
             duration, hold = each.time - held.began.time, held.released - held.pressed

@@ -39,6 +39,7 @@ class Kept:
     moving: bool = False
     cookie: int | None = None
     directions: int | None = None
+    calibration: int | None = None
     delay_s: float | None = None
     index: tuple[float, float] | None = None
     meaning: str = ""
@@ -81,6 +82,7 @@ def _read(memory: Mapping[str, object]) -> Kept:
         moving=memory["moving"] is True,
         cookie=_whole(memory["cookie"]),
         directions=_whole(memory["directions"]),
+        calibration=_whole(memory["calibration"]),
         delay_s=None if memory["delay_s"] is None else _number(memory["delay_s"]),
         index=None if index is None else (_number(index[0]), _number(index[1])),
         meaning=_text(memory["meaning"]),

@@ -142,6 +142,26 @@ class Speeds:
         below = self.rate("drive_ra") if self.settings.rate_reference == "sky" else 0.0
         return up + below, down + below
 
+    def contradiction(self) -> str:
+        """What the words of GUIDE say against the configured reference of rates; empty where they agree with it.
+
+        LEFT must lead axis 1 to larger counts than its drive does, RIGHT to smaller ones: counted from the motor at
+        more and at less than the drive's rate, on the sky one way and the other.
+        """
+        left, right = (self.rate(name) for name in _RATES["guide", 0])
+        drive, configured = self.rate("drive_ra"), self.settings.rate_reference
+        fits = {"motor": left > drive > right, "sky": left > 0.0 > right}
+        if fits[configured] or not (left and right and drive):
+            return ""
+        other = "sky" if configured == "motor" else "motor"
+        remedy = (
+            f'set [drive] rate_reference = "{other}"' if fits[other] else "see `drive show` and the factory sheet"
+        )
+        return (
+            f"LEFT at GUIDE speed goes {left:+.4g} steps/s and RIGHT {right:+.4g}, the drive {drive:+.4g}: with "
+            f'rate_reference = "{configured}" they would not move axis 1 both ways; {remedy}'
+        )
+
     def ladder(self, exchange_s: float) -> Ladder:
         """The speeds as steps from slew to target.
 

@@ -19,8 +19,16 @@ STOPPED = (
 RESET = "the unit began anew ({}): soft writes and position are lost; `sync` on a known star"
 OVERFLOWED = "the unit lost events ({}), so nobody knows what moved; `sync` on a known star"
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
+COMMITTED = (
+    "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
+    "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"
+)
+RECALIBRATED = (
+    "drive_ra (01, 02), from which all rates are reckoned, was changed since the last sync: compare `drive show` "
+    "with the factory sheet, then `sync` on a known star"
+)
 _DIVISION = (
-    "{}: {} holds what the unit cannot divide by, the rate register written last; `drive discard` takes the "
+    "{}: {} holds what the unit cannot divide by, the rate register written last; `drive reload` takes the "
     "non-volatile words again"
 )
 

@@ -34,10 +34,11 @@ _BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
 _RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
+_FAR_S = 1.0  # that an answer is waited for at last, on a link whose delay nobody knows yet
 _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
-_LOSSES = 20  # remembered
+_LOSSES = 3  # remembered
 
 
 class Happened(NamedTuple):
@@ -201,6 +202,7 @@ class Unit:
             try:
                 self._sent = self._opened().write(data)
                 due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
+                due += _FAR_S if attempt == _RELEASES - 1 else 0.0
                 while (left := due - self.now()) > 0.0:
                     self.before_each()
                     if any(said == Done(ok=True) for said, _ in self._hear(min(left, self.slice_s))):
@@ -212,8 +214,8 @@ class Unit:
                     break
             self.damaged += 1
         raise error or NoAnswer(
-            f"{self.name}: the unit does not confirm that its keys are released; switch the drive off at its power "
-            "switch if it moves"
+            f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
+            "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
         )
 
     def read(self, address: int) -> int | None:

@@ -118,7 +118,7 @@ class Words:
             if not self.tells_ram or self._unit.read(register.address | RAM) == value:
                 return heard
         raise DriveRefused(
-            f"{register.name} was written {value} and reads otherwise; check the line, then `drive discard`"
+            f"{register.name} was written {value} and reads otherwise; check the line, then `drive reload`"
         )
 
     def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
@@ -160,6 +160,18 @@ class Words:
         """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
         value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
         return value is None or value == cookie
+
+    def was_committed(self) -> bool:
+        """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""
+        plain = self.lasting[_COOKIE.address]
+        value = self._unit.read(_COOKIE.address)
+        return value not in {None, plain} and value == self.ram.get(_COOKIE.address)
+
+    @property
+    def calibration(self) -> int | None:
+        """The non-volatile words of `drive_ra`, from which all rates are reckoned; None before they were read."""
+        counts, flags = (self.lasting.get(address) for address in _DRIVES[:2])
+        return None if counts is None or flags is None else counts << 16 | flags
 
     # For a person ----------------------------------------------------------------------------------------------
 

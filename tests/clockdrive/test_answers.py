@@ -113,6 +113,10 @@ def test_the_way_of_a_pass_is_a_table_whose_rates_are_the_slopes_of_its_angles(t
     with telescope(tmp_path, mount__type="altaz-fork") as scope:
         ahead = scope.plan(Overhead(T0 + 900.0, math.radians(60.0), math.radians(3.0)))
         way = ahead.way(0.5)
+    budget = ahead["budget"]  # of the moment at which it goes along
+    known = [each["arcsec"] for each in budget["sources"] if each["arcsec"] is not None]
+    print(f"budget of the pass: {budget['total_arcsec']}″")
+    assert 0.0 < budget["total_arcsec"] == pytest.approx(math.hypot(*known), abs=0.01)
     assert way["time"][0].unix == pytest.approx(ahead.moment.unix, abs=1e-6)
     assert way["time"][-1].unix == pytest.approx(ahead.ends.unix, abs=1e-6)
     for axis in ("axis1", "axis2"):

@@ -10,6 +10,7 @@ import threading
 import time
 
 import pytest
+from waiting import seconds_until
 
 DEADLINE_S = 30.0
 
@@ -127,14 +128,12 @@ def answer():
 
 @pytest.fixture
 def eventually():
-    """Ask until it is so, or the deadline has passed."""
+    """Ask until it is so, or the deadline has passed; return what was answered."""
 
     def ask(question):
-        deadline = time.monotonic() + DEADLINE_S
-        while not (found := question()):
-            assert time.monotonic() < deadline, "it never came to be so"
-            time.sleep(0.05)
-        return found
+        found = []
+        seconds_until(lambda: found.append(question()) or found[-1], DEADLINE_S)
+        return found[-1]
 
     return ask
 

@@ -29,11 +29,11 @@ MOVING = by_name("velocity_control").mask("tracking") | by_name("velocity_contro
 # Every refusal says which limit is in the way and by how much, or what the telescope does that is.
 N = r"[-−]?\d+(?:\.\d+)?"
 LIMITS = (
-    rf"altitude {N}° .* is {N}° below the horizon limit of {N}°",
+    rf"altitude {N}° .* is (?:{N}° below|at) the horizon limit of {N}°",
     rf"{N}° from the Sun .* is {N}° inside its zone of {N}°",
-    rf"(?:axis[12]|mechanical hour angle) at {N}° is {N}° outside {N}° to {N}°",
+    rf"(?:axis[12]|mechanical hour angle) at {N}° is (?:{N}° outside|at the end of) {N}° to {N}°",
     rf"axis[12] tracks at {N}°/s, the drive reaches {N}°/s",
-    rf"axis [12] goes (?:at )?up to ±{N}°/s",
+    rf"axis ?[12] goes (?:at )?up to ±{N}°/s",
     rf"at most ±{N}″",
     rf"not up yet; `goto` waits for at most {N} minutes",
     "the target runs away nearly as fast as the drive slews",

@@ -92,7 +92,20 @@ def given_by_hand(
         for each in given.fiducials
     ]
     lines = list(given.reply.lines)
-    return Answer({"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages})
+    answer = {"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages}
+    return Answer({**answer, "note": _set_note(axis, given.moved_deg)})
+
+
+def _set_note(axis: str, moved_deg: float | None) -> str:
+    """What setting a position by hand did to it, and what is left to do; empty where none was set."""
+    if moved_deg is None:
+        return ""
+    then = (
+        "the axes are as before"
+        if axis == NAMES[-1]
+        else "the telescope is unsynchronised until `sync` on a target, which sets both axes"
+    )
+    return f"{axis}: its position is {moved_deg:+.4f}° from what it was; {then}"
 
 
 def clocks_answer(found: "Sequence[ClockSet]") -> Answer:

@@ -23,7 +23,7 @@ def pec_table(
 ) -> Answer:
     """Fit a file of bins and arcseconds, ahead positive; return the table as text, and draw it where asked to.
 
-    Bins are counted on beyond 518 for further turns of the worm.
+    Bins are counted on beyond 518 for further turns of the worm, with PEC off as they are measured.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def pec_table(
     """
     from mounts.avr_box import pec  # noqa: PLC0415 - numpy takes a moment to load
     from mounts.avr_box.settings import SIDEREAL_DAY_S  # noqa: PLC0415 - likewise
-    from mounts.avr_box.timers import TICK_S  # noqa: PLC0415 - likewise
+    from mounts.avr_box.timers import TICK_S, tracking_rate  # noqa: PLC0415 - likewise
 
     if configuration.drive.kind != "avr-box":
         raise InputError(f'[drive] kind = "{configuration.drive.kind}" has no PEC table; an avr-box has')
@@ -44,7 +44,8 @@ def pec_table(
     worm_s = worm_steps(axis) / rate
     bins, ahead = pec.read_measured(path)
     times = [number * TICK_S for number in bins]
-    error = pec.fitted(times, [each / arcsec for each in ahead], worm_s, harmonics)
+    measured_worm_s = worm_steps(axis) / tracking_rate()  # with PEC off the worm turns slower
+    error = pec.fitted(times, [each / arcsec for each in ahead], measured_worm_s, harmonics)
     values = pec.table(error, rate, worm_s)
     if picture is not None:
         _draw(Path(picture), bins, ahead, [error.at(math.tau * k * TICK_S / worm_s) * arcsec for k in range(519)])

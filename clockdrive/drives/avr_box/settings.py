@@ -91,13 +91,29 @@ def _table(configuration: Configuration, key: str, path: Path | None) -> tuple[i
         raise ConfigurationError(configuration.source, [f"{key}: {error}"]) from error
 
 
+def _encoder_counts(configuration: Configuration) -> int:
+    """Encoder counts a turn, so few that no way within an axis's travel is longer than an answer can say."""
+    from mounts.avr_box.answers import MOST_COUNTS  # noqa: PLC0415 - as in `settings`
+
+    counts = drive_of(configuration).encoder_counts_per_turn
+    travel_deg = max(section.max_deg - section.min_deg for section in axes_of(configuration))
+    most = math.floor(MOST_COUNTS * 360.0 / travel_deg)
+    if counts > most:
+        text = (
+            f"drive.encoder_counts_per_turn = {counts}: an answer of the box has five digits, and within "
+            f"{travel_deg:g}° of travel its encoders would count beyond that: at most {most}, or 0 for none"
+        )
+        raise ConfigurationError(configuration.source, [text])
+    return counts
+
+
 def settings(configuration: Configuration) -> "AvrSettings":
     """What the driver must know.
 
     Raises
     ------
     ConfigurationError
-        The slew table is none.
+        The slew table is none; the encoders count farther than they can say.
     """
     from mounts.avr_box.settings import AvrSettings  # noqa: PLC0415 - a plan alone needs no drive
 
@@ -110,7 +126,7 @@ def settings(configuration: Configuration) -> "AvrSettings":
         axis_bit=drive.axis_bit,
         guide_counts=drive.guide_counts,
         pec=drive.pec,
-        encoder_counts_per_turn=drive.encoder_counts_per_turn,
+        encoder_counts_per_turn=_encoder_counts(configuration),
         longest_s=drive.max_uninterruptible_s,
         meaning=meaning(configuration),
     )

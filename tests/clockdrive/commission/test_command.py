@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from clockdrive.cli import main
+from clockdrive.commission import steps_of
 from clockdrive.configuration import load
 from clockdrive.drives.tc410.sections import drive_of
 
@@ -50,3 +51,13 @@ def test_nothing_moves_without_consent(file, capsys):
 def test_an_unknown_step_lists_those_there_are(file, capsys):
     assert main(["-c", str(file), "commission", "--only", "gears", "--yes"]) == 2
     assert "gearing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("kind", "step"), [("apo", "settings"), ("sdss", "clocks"), ("avr-box", "settings")])
+def test_every_kind_of_drive_is_commissioned_from_the_command_line(kind, step, tmp_path, capsys):
+    path = tmp_path / "telescope.toml"
+    path.write_text(f'[drive]\nkind = "{kind}"\n[state]\npath = "{tmp_path / "state"}"\n', encoding="utf-8")
+    steps = [each.name for each in steps_of(kind, ()) if not each.moves]
+    name = step if step in steps else steps[0]
+    assert main(["-c", str(path), "commission", "--only", name, "--yes", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"]

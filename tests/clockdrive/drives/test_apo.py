@@ -117,6 +117,11 @@ def test_what_controllers_do_not_have_is_said_with_what_they_have(tmp_path):
             scope.drive.raw("azimuth", "HALT")
         with pytest.raises(InputError, match="axis 'focus': use 1, axis1 or azimuth"):
             scope.drive.raw("focus", "STATUS")
+        assert scope.drive.raw("alt", "STATUS")["note"] == ""
+        set_to = scope.drive.raw("alt", "SET.POSITION 45.5", confirmed=True)["note"]
+        assert set_to.startswith(
+            "altitude: its position is +0.5000° from what it was; the telescope is unsynchronised"
+        )
         for name in ("1", "axis1", "azimuth", "AZ"):
             assert scope.drive.raw(name, "ID")["axis"] == "azimuth"
             assert next(iter(scope.drive.show(name)["registers"])).startswith("azimuth ")

@@ -136,3 +136,12 @@ def test_the_commands_of_a_rate_are_shown():
     )  # 0.115 · 20 / 0.462
     assert register(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
     assert register(two, math.tau / 86164.0905 / 100.0) == {"single_step_every_s": pytest.approx(0.7217, abs=1e-3)}
+
+
+def test_encoders_that_count_beyond_what_an_answer_can_say_are_refused_with_the_most():
+    with pytest.raises(ConfigurationError, match=r"turn = 400000.*five digits.*340.*at most 105881"):
+        settings(configured(drive__encoder_counts_per_turn=400_000))
+    assert settings(configured(drive__encoder_counts_per_turn=105_881)).encoder_counts_per_turn == 105_881
+    wide = {"drive__encoder_counts_per_turn": 105_881, "axis1__min_deg": -180.0, "axis1__max_deg": 180.0}
+    with pytest.raises(ConfigurationError, match="at most 99999"):
+        settings(configured(**wide))

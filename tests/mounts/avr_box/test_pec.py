@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from avr_bench import RA_ARCSEC, SIDEREAL, STEPS_PER_TURN, T0, like
 
+from clockdrive.configuration import load
+from clockdrive.drives.avr_box.pec_table import pec_table
 from mounts.avr_box.pec import PecError, PeriodicError, as_assembler, as_c, fitted, read_measured, table
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.timers import TICK_S
@@ -77,3 +79,14 @@ def test_a_file_of_measurements_is_read_and_a_wrong_line_is_named(tmp_path):
         read_measured(path)
     with pytest.raises(PecError, match="cannot be read"):
         read_measured(tmp_path / "none")
+
+
+def test_ten_turns_measured_with_pec_off_are_fitted_by_the_rate_of_that_time(tmp_path):
+    bins, worm = range(0, 5190, 7), tmp_path / "worm.txt"
+    turned = [math.tau * k * TICK_S * 276.548673 / WORM_STEPS for k in bins]  # 16 MHz / 128 / 226 / 2
+    ahead = [6.0 * math.cos(each) + 3.0 * math.sin(2.0 * each) for each in turned]
+    worm.write_text("".join(f"{k} {a:.6f}\n" for k, a in zip(bins, ahead, strict=True)))
+    found = pec_table(load(None, {}, {"drive.kind": "avr-box"}), str(worm)).json
+    print(f"\n{found['rms_arcsec']:.4f}″ RMS are left of 4.74″")
+    assert found["rms_arcsec"] < 0.001
+    assert found["amplitudes_arcsec"][:2] == pytest.approx([6.0, 3.0], abs=0.001)

@@ -4,12 +4,11 @@ import re
 from dataclasses import replace
 
 import pytest
-from avr_bench import COUNT, SETTINGS, SIDEREAL, Bench, Line, like
+from avr_bench import COUNT, SETTINGS, SIDEREAL, T0, Bench, Line, like
 
-from mounts.avr_box.box import HALF_A_COMMAND
 from mounts.avr_box.commands import COMMANDS
 from mounts.avr_box.simulator import SimulatedAvrBox
-from mounts.avr_box.supervision import MAY_RUN, SWITCHED
+from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
 from transports.errors import LinkError
@@ -88,6 +87,36 @@ def test_a_box_that_was_switched_off_while_no_program_ran_is_unsynchronised_for_
     assert again.connect().unsynchronised == SWITCHED
 
 
+@pytest.mark.parametrize("turned", [30_000, -300_000, 3_000_000])
+def test_a_box_that_was_switched_off_and_turned_by_hand_overnight_is_unsynchronised_where_its_encoders_were_near_zero(
+    turned,
+):
+    bench = opened()
+    bench.follow(Line((0.0, 0.0), (0.0, 0.0), bench.clock.now()), 30.0)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(12 * 3600.0)
+    fresh = SimulatedAvrBox(
+        bench.box.settings, bench.clock.now() - 30.0, bench.box.steps_per_turn, positions=(turned, turned)
+    )
+    assert Bench(memory=memory, box=fresh, clock=bench.clock).connect().unsynchronised == SWITCHED
+
+
+@pytest.mark.parametrize(("seconds", "why"), [(12 * 3600.0, ABSENT), (30.0, "")])
+def test_without_encoders_a_box_left_alone_is_believed_for_a_minute_with_all_that_it_tracks(seconds, why):
+    blind = replace(SETTINGS, encoder_counts_per_turn=0)
+    bench = Bench(blind)
+    bench.connect()
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    bench.clock.sleep(seconds)
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn)
+    reading = Bench(blind, memory=memory, box=fresh, clock=bench.clock).connect()
+    assert reading.unsynchronised == why
+    if not why:  # its tracking may have been off with it
+        assert abs(reading.counts[0] - fresh.true_position(1)) <= reading.axes[0].uncertainty_counts
+
+
 def test_a_box_that_was_switched_on_is_given_its_flags_by_a_sync():
     bench = opened()
     bench.slew(60_000.0, 50_000.0)
@@ -140,28 +169,68 @@ def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
 class Failing:
     """A link that fails in the middle of a command with arguments, once it is armed."""
 
-    def __init__(self, device):
-        self.device, self.armed, self.deaf = device, False, False
+    def __init__(self, device, whole=3):
+        self.device, self.armed, self.deaf, self.whole = device, False, False, whole
+        self.carried = 0
 
     def receive(self, data, t):
         if self.armed and COMMANDS[chr(data[0])].arguments:
-            self.device.receive(data[:3], t)
+            self.device.receive(data[: self.whole], t)
             raise LinkError("unplugged")
+        self.carried += len(data)
         return b"" if self.deaf else self.device.receive(data, t)
 
 
-def test_after_half_a_command_nothing_is_sent_any_more():
+def cut_off(whole, encoders):
+    """A bench whose first move was cut off after some bytes, and its link, whole again."""
     lines = []
-    bench = Bench(line=lambda device: lines.append(Failing(device)) or lines[-1])
+    settings = replace(SETTINGS, encoder_counts_per_turn=encoders)
+    bench = Bench(settings, line=lambda device: lines.append(Failing(device, whole)) or lines[-1])
     bench.connect()
     lines[0].armed = True
     with pytest.raises(LinkError):
         bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5000.0)], bench.clock.now())
     lines[0].armed = False
+    lines[0].carried = 0
+    return bench, lines[0]
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["the same program", "the next one"])
+@pytest.mark.parametrize("encoders", [20000, 0])
+@pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
+def test_after_half_a_move_not_one_byte_is_sent_until_a_sync(whole, encoders, again):
+    bench, line = cut_off(whole, encoders)
+    if again:
+        bench = Bench(bench.drive._settings, None, dict(bench.kept), lambda _: line, box=bench.box, clock=bench.clock)
+        bench.connect()
+    before = bench.true()[1]
+    for _ in range(40):
+        reading = bench.read()
+        bench.drive.follow(Line((0.0, 0.0), (0.0, 0.0), T0), bench.clock.now())
+        bench.clock.sleep(0.5)
+    assert "Switch the box off and on, then `sync`" in reading.unsynchronised
+    with pytest.raises(Unsynchronised, match="Switch the box off and on"):
+        bench.drive.start([AxisSlew(0.0), AxisSlew(5.0)], bench.clock.now())
     with pytest.raises(DriveRefused, match="Switch the box off and on"):
-        bench.read()
-    assert HALF_A_COMMAND.startswith("the link failed")
+        bench.drive.registers()
+    assert line.carried == 0
+    assert (bench.box.moving, bench.true()[1]) == ((False, False), before)
+    bench.box._held.clear()  # it is switched off and on
+    bench.drive.sync(bench.true(), bench.clock.now())
+    assert bench.read().unsynchronised == ""
+    bench.slew(20_000.0, 7000.0)
     assert bench.box.moving == (False, False)
+    assert within(bench)
+
+
+@pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
+def test_a_sync_without_the_power_switch_makes_no_longer_move_than_the_one_cut_off(whole):
+    bench, _ = cut_off(whole, 20000)
+    bench.clock.sleep(60.0)
+    bench.drive.sync((0.0, 0.0), bench.clock.now())
+    begun = [motor.slew.step_max for motor in bench.box.motors if motor.slew is not None]
+    print(f"\n{whole} bytes: a move of {begun} halves")
+    assert max(begun, default=0) <= bench.drive.axes[0].model.longest_half
 
 
 def test_without_encoders_silence_after_a_move_leaves_the_position_unknown():

@@ -1,6 +1,7 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
 import os
+import re
 import statistics
 from contextlib import suppress
 
@@ -152,7 +153,7 @@ def test_a_division_names_the_register_written_last():
     bench.clock.sleep(0.1)
     reading = bench.read()
     assert "guide_left_counts (09)" in reading.alarms[0]
-    assert "drive discard" in reading.alarms[0]
+    assert "drive reload" in reading.alarms[0]
 
 
 def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
@@ -180,14 +181,15 @@ def test_the_next_program_goes_on_where_the_drives_have_led():
     assert all(abs(off) < axis.uncertainty_counts for off, axis in zip(again.off(), reading.axes, strict=True))
 
 
-def test_changed_direction_senses_make_it_unsynchronised():
+@pytest.mark.parametrize(("address", "word", "why"), [(0, 0x3, "direction senses"), (1, 17000, "drive_ra .01, 02.")])
+def test_words_that_the_position_rests_on_make_it_unsynchronised_when_they_are_changed(address, word, why):
     bench = Bench()
     bench.connect()
     bench.drive.close(bench.clock.now(), keep_tracking=False)
-    bench.awr.lasting[0] = 0x3
+    bench.awr.lasting[address] = word
     again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
     again.line.device = bench.awr
-    assert "direction senses" in again.connect().unsynchronised
+    assert re.search(why, again.connect().unsynchronised)
 
 
 @pytest.mark.parametrize(
@@ -265,3 +267,25 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert not bench.guard.armed
     off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
     assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
+
+
+def test_how_late_keys_act_is_learnt_from_the_first_presses_and_remembered():
+    bench = Bench(unit=SimulatorSettings(execution_s=0.12))
+    bench.connect()
+    assert bench.drive.memory["delay_s"] is None
+    bench.slew(2e4, -1e4)
+    bench.slew(4e4, -2e4)
+    assert not bench.read().unsynchronised
+    assert bench.drive.keys.delay_s == pytest.approx(0.12, abs=0.01)
+    assert max(map(abs, bench.off())) < 3.0
+    again = Bench(memory=dict(bench.drive.memory), clock=bench.clock)
+    assert again.drive.keys.delay_s == bench.drive.keys.delay_s
+
+
+def test_a_commit_that_a_damaged_command_made_is_noticed():
+    bench = Bench()
+    bench.connect()
+    bench.awr._obeyed("E")
+    bench.clock.sleep(11.0)
+    bench.read()
+    assert any("nobody asked to commit" in note for note in bench.drive.notes)
