@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 TRUST_COUNTS = 1.5  # by which what is said may differ from what is reckoned exactly: both are rounded
+SEEN_COUNTS = TRUST_COUNTS + 1.0
+"""By which an axis may be off that agrees: what is said and the tie are rounded."""
 _CLEAR_COUNTS = 0.7  # of way that tell its sense
 ROUNDED_COUNTS = 1.2  # by which a way may differ from what is said of it
 
