@@ -244,6 +244,7 @@ class Slewing:
         With `parks` a rotator goes to its own park position on the last leg.
         """
         session = self._session
+        angles = session.held_at(angles)
         plan = to_axes(session.planner, name, angles, session.start(), session.timing())
         if plan.via is not None:
             yield from self._slew(plan.via, "slewing", report)

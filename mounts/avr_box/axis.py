@@ -86,7 +86,7 @@ class BoxAxis:
         self.corrected = 0.0
         """Microsteps by which its encoder had it farther on since then."""
         for move in kept.moves:
-            self.moved(move.half, move.sign, move.begin)
+            self.moved(move.half, move.sign, move.begin, slew=True)
         self.unproved_steps = kept.unproved_steps
 
     @property

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
-from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
+from mounts.avr_box.encoders import ROUNDED_COUNTS, TRUST_COUNTS, Encoder, zeroed
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
 from mounts.avr_box.tick_clock import TickClock
 
@@ -274,9 +274,9 @@ class Supervision:
             encoder = axis.encoder
             if encoder is None or encoder.zero is None:
                 continue
-            state, most = axis.at(told.middle), BOUND_COUNTS * encoder.step
-            if (self.flawed or state.uncertainty > most) and not state.moving:
-                here = encoder.steps(said)
+            state, most, here = axis.at(told.middle), BOUND_COUNTS * encoder.step, encoder.steps(said)
+            crept = abs(state.counts - here) > TRUST_COUNTS * encoder.step  # no farther than it was uncertain
+            if (self.flawed or crept or state.uncertainty > most) and not state.moving:
                 axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
 
     def _act(self, told: Told) -> None:
@@ -295,7 +295,7 @@ class Supervision:
                     self._lose(AGAINST.format(each.axis.index + 1))
             self._count_past(running)
             return
-        self.moved_by = ("hand controller",) if running else ()
+        self.moved_by = ("hand controller",) if astray and not unproved else ()
         self._repair(astray)
 
     def _runs_for(self, time: float) -> float:
