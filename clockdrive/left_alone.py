@@ -8,6 +8,8 @@ from mounts.drive import Reading
 from pointing.limits import Check
 from pointing.planner import Planner
 
+UNSTOPPED = "nothing switches its tracking off"
+NOWHERE = f"{UNSTOPPED}, and nobody knows how far a limit is: its power switch stops it"
 _SPAN_S = 86_400.0
 _STEP_S = 300.0
 _CLOSE_S = 1.0
@@ -54,13 +56,12 @@ class LeftAlone:
     def said(self, now: float) -> str:
         """As people read it."""
         if self.limit is None or self.check is None:
-            return "nothing switches its tracking off; left alone it meets no limit within a day"
+            return f"{UNSTOPPED}; left alone it meets no limit within a day"
         if self.limit <= now:
-            return f"nothing switches its tracking off, and it stands beyond a limit: {self.check.detail}"
-        hours, minutes = divmod(int((self.limit - now) / 60.0), 60)
+            return f"{UNSTOPPED}, and it stands beyond a limit: {self.check.detail}"
         return (
-            "nothing switches its tracking off: left alone, without this program, it is at a limit "
-            f"({self.check.name}) in {hours} h {minutes:02d} min; its power switch stops it"
+            f"{UNSTOPPED}: left alone, without this program, it is at a limit "
+            f"({self.check.name}) in {_time(self.limit - now)}; its power switch stops it"
         )
 
     def json(self, now: float) -> dict[str, Any]:
@@ -68,3 +69,21 @@ class LeftAlone:
         if self.limit is None or self.check is None:
             return {"limit_utc": None, "in_s": None, "name": None}
         return {"limit_utc": utc(self.limit), "in_s": self.limit - now, "name": self.check.name}
+
+
+def unheld(left: LeftAlone | None, now: float) -> str:
+    """What comes of one that is not held though this program runs, for nobody knows where it is."""
+    if left is None:
+        where = "nobody knows how far a limit is"
+    elif left.limit is None or left.check is None:
+        where = "from where it was last known it meets no limit within a day"
+    elif left.limit <= now:
+        where = f"from where it was last known it is beyond a limit by now ({left.check.name})"
+    else:
+        where = f"from where it was last known it is at a limit ({left.check.name}) in {_time(left.limit - now)}"
+    return f"axis 1 tracks on and is not held, as its position is not synchronised: {where}. Switch it off, or `sync`"
+
+
+def _time(seconds: float) -> str:
+    hours, minutes = divmod(int(seconds / 60.0), 60)
+    return f"{hours} h {minutes:02d} min"

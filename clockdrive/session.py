@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NoReturn
 from clockdrive.corrections import DISPLACEMENTS, OF_A_TARGET, OFFSETS, displacement
 from clockdrive.errors import Refused, StateError
 from clockdrive.history import History
-from clockdrive.left_alone import LeftAlone
+from clockdrive.left_alone import LeftAlone, unheld
 from clockdrive.pursuit import Pursuit
-from clockdrive.resting import Rest
+from clockdrive.resting import Holding, inside
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
@@ -100,12 +100,12 @@ class Session:
         self.history = History()
         self.doing = self._at_rest()
         self.reading: Reading | None = None
-        self.trusted_counts: tuple[float, float] | None = None
+        self._trusted: Reading | None = None  # the last that could be
         self.link_lost_since: float | None = None
         self.trouble = ""
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._opened = -math.inf
-        self._rest: Rest | None = None  # where a drive that cannot stop tracking is held
+        self._holding = Holding(planner)  # of a drive that cannot stop tracking
         self._must_stop = False
         self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
@@ -216,28 +216,35 @@ class Session:
         return self._period
 
     def _held(self) -> float:
-        """Hold a drive that tracks whatever it is told where it was to rest; return the seconds until that is due."""
-        reading, rests = self.reading, self.doing in _HELD and not self.drive.capabilities.can_stop
-        if not rests or reading is None or reading.unsynchronised:
-            self._rest = None
+        """Hold a drive that tracks whatever it is told where it came to rest; return the seconds to the next look."""
+        reading, what = self.reading, self.drive.capabilities
+        if self.doing not in _HELD or what.can_stop or reading is None or reading.unsynchronised:
+            self._holding.end()
             return self._usual_period
-        if self.link_lost_since is not None or (self._rest is None and self._only_looks):
+        if self.link_lost_since is not None:
             return self._usual_period
-        self._rest = self._rest or self._resting_place(reading)
+        if moved := self._holding.moved(reading, what):
+            self.trouble = moved
+            self.note("moved", moved)
+        if self._holding.rest is None and self._only_looks:
+            return self._usual_period
+        rest = self._holding.at(reading, what)
+        if rest is None:
+            return _MOVED_PERIOD_S
         try:
-            return min(self._usual_period, self.drive.follow(self._rest, self.clock.now()))
+            return min(self._usual_period, self.drive.follow(rest, self.clock.now()))
         except TransportError as error:
             self._link_lost(error)
             return self._usual_period
 
-    def _resting_place(self, reading: Reading) -> Rest:
-        """Where it is, or so far from the limit behind axis 1 that it may be held to and fro."""
-        one, two = reading.counts
-        capabilities, axis = self.drive.capabilities, self.planner.axes[0]
-        limits = axis.gearing.counts(axis.minimum), axis.gearing.counts(axis.maximum)
-        if capabilities.goes_on_at > 0.0:
-            return Rest((max(one, min(limits) + capabilities.rests_within), two))
-        return Rest((min(one, max(limits) - capabilities.rests_within), two))
+    def held_at(self, angles: tuple[float, float]) -> tuple[float, float]:
+        """Axis angles, radians, near to these at which the drive can be held within its travel, once it is there."""
+        what, (one, two) = self.drive.capabilities, self.planner.axes
+        if what.can_stop:
+            return angles
+        wanted = one.gearing.counts(angles[0]), two.gearing.counts(angles[1])
+        held = inside(one, wanted, what)
+        return angles if held == wanted else self.planner.angles(held)
 
     @property
     def _only_looks(self) -> bool:
@@ -249,13 +256,29 @@ class Session:
 
     @property
     def left_alone(self) -> LeftAlone | None:
-        """What comes of a drive that tracks whatever it is told, when nobody holds it; None for one that stops."""
-        reading, rate = self.reading, self.drive.capabilities.goes_on_at
-        if not rate or reading is None or reading.unsynchronised:
+        """What comes of a drive that tracks whatever it is told, when nobody holds it; None for one that stops.
+
+        From where it was last known to be; None where that was never so since this program began.
+        """
+        reading, rate = self._trusted, self.drive.capabilities.goes_on_at
+        if not rate or reading is None:
             return None
         if self._left_alone is None or not 0.0 <= reading.time - self._left_alone.time < _LEFT_ALONE_S:
             self._left_alone = LeftAlone.of(self.planner, reading, rate)
         return self._left_alone
+
+    @property
+    def unheld(self) -> str:
+        """What comes of a drive that tracks on, and is not held because nobody knows where it is; or nothing."""
+        reading = self.reading
+        if not self.drive.capabilities.goes_on_at or reading is None or not reading.unsynchronised:
+            return ""
+        return unheld(self.left_alone, self.clock.now())
+
+    @property
+    def trusted_counts(self) -> tuple[float, float] | None:
+        """Where the axes were when that was last known."""
+        return None if self._trusted is None else self._trusted.counts
 
     def poll(self) -> Reading | None:
         """Read the drive and check it; None while the link is silent.
@@ -322,10 +345,12 @@ class Session:
 
     def taken(self, reading: Reading) -> Reading:
         """Take note of a reading, here and in the store."""
-        self.reading = reading
+        was_held, self.reading = not self.unheld, reading
+        if was_held and self.unheld:
+            self.note("not held", self.unheld)
         self.history.add(reading)
         if not reading.unsynchronised:
-            self.trusted_counts = reading.counts
+            self._trusted = reading
         uncertainty = reading.axes[0].uncertainty_counts, reading.axes[1].uncertainty_counts
         with self.store.together():
             self.store.record_position(Position(reading.time, reading.counts, uncertainty, reading.unsynchronised))
@@ -526,7 +551,7 @@ class Session:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What stands and a person must act on."""
-        return tuple(text for text in (self.sun_warning, self.surroundings.stepped) if text)
+        return tuple(text for text in (self.sun_warning, self.surroundings.stepped, self.unheld) if text)
 
     def begin(self, activity: Activity) -> None:
         """Begin a slew; it is on the disk before anything moves."""
@@ -558,11 +583,13 @@ class Session:
         if not stands:  # an interruption stops on its way out as well
             self.note("stopped", "by command")
 
-    def unpark(self) -> None:
-        """Allow motion again."""
+    def unpark(self) -> bool:
+        """Allow motion again; return whether it was parked."""
+        was = self.store.parked()
         self.store.record_parked(parked=False, time=self.clock.now())
         if self.doing in _AT_REST:
             self.now_doing("idle")
+        return was
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or stop and send the drive to standby."""

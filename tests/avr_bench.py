@@ -43,6 +43,7 @@ class Line:
     rates: tuple[float, float]
     since: float
     led: bool = False
+    axes: int = 2
 
     def at(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
         (x, y), (u, v), t = self.counts, self.rates, time - self.since

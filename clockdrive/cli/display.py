@@ -27,7 +27,9 @@ def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
 
 
 def _going(event: Mapping[str, Any]) -> str:
-    return f"waiting {event['waiting']}" if event.get("waiting") else f"slewing to {event['target']}"
+    if event.get("waiting"):
+        return f"waiting {event['waiting']}"
+    return str(event["target"]) if str(event["target"]).startswith("jog of ") else f"slewing to {event['target']}"
 
 
 def _slew_line(event: Mapping[str, Any]) -> str:
@@ -257,10 +259,16 @@ def _moves(axis: Mapping[str, Any]) -> str:
     if "moves" not in axis:
         return ""
     longest, cost = axis["longest_move_s"], axis["moves_cost_s"]
+    if not axis["moves"]:
+        return " without a move"
+    if axis["moves"] == 1:
+        return " in one move"
     return f" in {axis['moves']} moves of up to {longest:.1f} s, which takes {cost:.1f} s longer than one"
 
 
 def _register(axis: Mapping[str, Any]) -> str:
+    if "guide_duty" in axis and not axis["rate_deg_s"]:
+        return ", held against its own tracking by short moves"
     if "guide_duty" in axis:
         moves = axis["short_moves_counts_s"]
         beside = f" and short moves of {moves:+.1f} counts/s" if moves else ""

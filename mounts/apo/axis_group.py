@@ -101,7 +101,7 @@ class AxisGroup:
         """Initialise a controller that has halted; the position of one that has restarted is judged first."""
         axis = self.axes[i]
         if axis.sight is not None and axis.word.restarted:
-            self._trust.restarted(i, axis.sight)
+            self._trust.restarted(i, axis.sight, led=axis.led)
             axis.confirming.jumped_deg = 0.0  # that was judged with it
             axis.offset.forget()
         if axis.must_init and not axis.is_anothers:

@@ -59,7 +59,8 @@ def end(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
     first, second = _looks(box)
     for each in slowed:
         if each.stands(first, second):
-            here = each.encoder.steps(second.pair[each.axis.index])
+            tied = each.encoder.zero is not None  # else it was never known where it is
+            here = each.encoder.steps(second.pair[each.axis.index]) if tied else each.axis.at(second.middle).counts
             each.axis.halted(here, second.middle, BOUND_COUNTS * each.encoder.step)
         else:
             left.append(each)

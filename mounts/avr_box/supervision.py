@@ -12,7 +12,7 @@ from typing import NamedTuple
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
-from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder, zeroed
+from mounts.avr_box.encoders import ROUNDED_COUNTS, TRUST_COUNTS, Encoder, zeroed
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
 from mounts.avr_box.tick_clock import TickClock
 
@@ -23,13 +23,22 @@ _FIRST_BINS = 3
 _LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
-_DAMAGES = 3  # of the line since the last sync, from which on it mutilates moves as well
+_FLAWS = 3  # of the line since the last sync, from which on it mutilates moves as well
+_TRIES = 3
 _OFTEN = 2  # times that the opposite is no chance
 ABSENT_S = 60.0  # for which a box that no encoder watches may be left without a program
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
 ABSENT = (
     "no program watched, and without encoders nobody knows whether the box was switched off or the telescope turned "
     "meanwhile; `sync` on a known star"
+)
+BAD_LINE = (
+    "the line lost or mutilated an answer soon after a command, which it may have mutilated too, and there are no "
+    "encoders to tell; look at the telescope, switch the box off if it runs, mend cable or port, then `sync`"
+)
+STEPPED = (
+    "the ticks of the box are not where they should be: it was switched off and on, or this computer's clock was set "
+    "while axis 1 tracked; `sync` on a known star"
 )
 MAY_RUN = (
     "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: both "
@@ -101,12 +110,22 @@ class Supervision:
         self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
         self._unplaced: Told | None = None  # what the encoders said last while nobody knew where the axes are
         self._running_since = [math.inf, math.inf]  # POSIX seconds, likewise
-        self._sound = 0  # damages of the line when the position was last given
+        self._sound = 0  # flaws of the line when the position was last given
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was seen, the newest last."""
         return tuple(self._events[-5:])
+
+    @property
+    def flawed(self) -> bool:
+        """Whether the line has shown a flaw since it was known where the axes are."""
+        return self._box.trust.flaws > self._sound
+
+    @property
+    def looked(self) -> float:
+        """When the encoders were last believed, POSIX seconds."""
+        return self._looked
 
     def found(self) -> None:
         """Look for the first time: tie the encoders, or say where the axes went while nobody looked."""
@@ -124,6 +143,7 @@ class Supervision:
             else:
                 self._repair(self._astray(told))
         self._bound(told)
+        self._looked = told.middle
 
     def look(self) -> None:
         """Ask the encoders, and act on what they say.
@@ -134,6 +154,9 @@ class Supervision:
             They do not answer.
         """
         told = self._box.ask(commands.ASK_ENCODERS)
+        if self._ticks.stepped:
+            self._ticks.stepped = False
+            self._box.trust.flawed()
         if self._runaways:
             self._end(self._runaways)
         if self.on_trial:
@@ -150,8 +173,19 @@ class Supervision:
         if any(self._beyond(axis, told) for axis in self._axes):
             self._act(told)
         else:
-            self._box.damaged += 1
+            self._box.trust.flawed()
             self._agreed(told)
+
+    def look_blind(self) -> None:
+        """See whether the line shows a flaw, or the box another time, and no encoder tells what came of it."""
+        if self.unsynchronised or self.on_trial:
+            return
+        if self._ticks.stepped:
+            self._lose(STEPPED)
+        elif self.flawed and self._box.trust.complete:
+            self._sound = self._box.trust.flaws
+        elif self.flawed:
+            self._lose(BAD_LINE)
 
     def _guard(self, told: Told) -> None:
         """End what runs for longer than a hand controller lets it, though nobody knows where the axes are."""
@@ -201,7 +235,9 @@ class Supervision:
     def synchronised(self) -> None:
         """A person says where the axes are."""
         self._box.switched_on()
-        self.unsynchronised, self.alarms, self._sound = "", (), self._box.damaged
+        self.unsynchronised, self.alarms, self._sound = "", (), self._box.trust.flaws
+        self._box.trust.told()
+        self._ticks.forget()
         self._runaways = []
         self._halved = self._doubled = 0
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
@@ -235,14 +271,13 @@ class Supervision:
 
     def _bound(self, told: Told) -> None:
         """An encoder bounds what the reckoning may be off, where that is much, or commands may have been lost."""
-        damaged = self._box.damaged > self._sound
         for axis, said in zip(self._axes, told.pair, strict=True):
             encoder = axis.encoder
             if encoder is None or encoder.zero is None:
                 continue
-            state, most = axis.at(told.middle), BOUND_COUNTS * encoder.step
-            if (damaged or state.uncertainty > most) and not state.moving:
-                here = encoder.steps(said)
+            state, most, here = axis.at(told.middle), BOUND_COUNTS * encoder.step, encoder.steps(said)
+            crept = abs(state.counts - here) > TRUST_COUNTS * encoder.step  # no farther than it was uncertain
+            if (self.flawed or crept or state.uncertainty > most) and not state.moving:
                 axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
 
     def _act(self, told: Told) -> None:
@@ -263,7 +298,7 @@ class Supervision:
                     self._lose(AGAINST.format(each.axis.index + 1))
             self._count_past(running)
             return
-        self.moved_by = ("hand controller",) if running else ()
+        self.moved_by = ("hand controller",) if astray and not unproved else ()
         self._repair(astray)
 
     def _runs_for(self, time: float) -> float:
@@ -276,10 +311,23 @@ class Supervision:
     def _any_unproved(self) -> bool:
         return any(axis.unproved for axis in self._axes)
 
+    def _surely_told(self) -> Told:
+        """Ask until two answers in a row can both be right: digits can be garbled and still be some."""
+        told = self._box.ask(commands.ASK_ENCODERS)
+        for _ in range(_TRIES):
+            before, told = told, self._box.ask(commands.ASK_ENCODERS)
+            ways = [abs(one - other) for one, other in zip(told.pair, before.pair, strict=True)]
+            fastest = [axis.law.fastest / axis.encoder.step for axis in self._axes if axis.encoder is not None]
+            passed = told.latest - before.earliest
+            if all(way <= most * passed + 1.0 for way, most in zip(ways, fastest, strict=True)):
+                break
+            self._box.trust.flawed()
+        return told
+
     def _astray(self, told: Told) -> list[_Astray]:
         """Look again after a moment at each axis that is astray, whether it runs."""
         self._box.pause(told.latest + AGAIN_S)
-        again = self._box.ask(commands.ASK_ENCODERS)
+        again = self._surely_told()
         found = []
         for axis in self._axes:
             encoder = axis.encoder
@@ -311,7 +359,7 @@ class Supervision:
                 "its steps lead: it missed steps, or was moved by hand; the encoder says where it is, ± 1 count"
             )
             unsure = encoder.step * (BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
-            self._counted = told.pair
+            self._counted, self._looked = told.pair, told.middle
             axis.corrected += said - state.counts
             axis.known(said, told.middle, unsure)
             encoder.proved = said
@@ -331,7 +379,7 @@ class Supervision:
     @property
     def _line_is_sound(self) -> bool:
         """Whether moves that go wrong are no matter of the line."""
-        return self._box.damaged - self._sound < _DAMAGES
+        return self._box.trust.flaws - self._sound < _FLAWS
 
     def _count_past(self, running: Sequence[_Astray]) -> None:
         """Whether moves go farther than they should, again and again."""

@@ -54,7 +54,8 @@ class Tracker:
 
     def follow(self, path: AxisPath) -> float:
         """Do what is due; return the seconds until it must be looked at again."""
-        return min(self._follow_one(path), self._follow_two(path), _FOLLOW_S)
+        others = self._follow_two(path) if path.axes > 1 else math.inf
+        return min(self._follow_one(path), others, _FOLLOW_S)
 
     def _follow_one(self, path: AxisPath) -> float:
         axis, now, rates = self._axes[0], self._box.now(), self.rates

@@ -4,6 +4,7 @@ import math
 import os
 import random
 import re
+import shutil
 
 import pytest
 from avr_bench import coarser_table
@@ -14,6 +15,7 @@ from clockdrive.errors import InputError, Refused
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
+from transports.errors import LinkError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 GOTOS = 100 if FULL else 2
@@ -272,6 +274,142 @@ def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
             scope.drive.set("pec_bin", 519)
         with pytest.raises(InputError, match="pec_bin and pec_zero"):
             scope.drive.set("motor_current", 2)
+
+
+def stands(scope):
+    """Where both axes stand, degrees, by the motors themselves."""
+    scope.simulator.advance(scope.clock.now())
+    return [scope.simulator.true_position(i + 1) * ARCSEC[i] / 3600.0 for i in (0, 1)]
+
+
+def in_mid_slew(scope, seconds=3.0):
+    """Begin a slew of many degrees, and leave it after so many seconds."""
+    slews = scope._slewing.goto(star_at(scope, 60.0, 50.0), lambda _: None)
+    for _ in range(round(4 * seconds)):
+        next(slews)
+        scope.clock.sleep(0.25)
+    return slews
+
+
+def ends_and_rests(scope):
+    """Where both axes are when all motion has ended, and by how much each is off that at worst within minutes."""
+    while any(scope.simulator.moving):
+        scope.wait(0.5)
+    ended, worst = stands(scope), [0.0, 0.0]
+    for _ in range(40):
+        scope.wait(5.0)
+        worst = [max(most, abs(here - end)) for most, here, end in zip(worst, stands(scope), ended, strict=True)]
+    return ended, worst
+
+
+def test_what_is_stopped_in_a_slew_rests_where_its_last_piece_ends_and_never_goes_back(tmp_path):
+    with opened(tmp_path) as scope:
+        slews = in_mid_slew(scope)
+        with pytest.raises(DriveRefused, match="ends its move"):
+            scope.stop()
+        stopped = stands(scope)
+        slews.close()
+        ended, worst = ends_and_rests(scope)
+    print(f"\nstopped at {stopped}, ended at {ended}, then {worst[0] * 60:.2f}′ and {worst[1] * 3600:.2f}″ off that")
+    assert max(abs(a - b) for a, b in zip(stopped, ended, strict=True)) > 3.0
+    assert worst[0] * 60.0 < 7.6
+    assert worst[1] == 0.0
+
+
+def test_after_a_crash_in_a_slew_it_rests_where_its_last_piece_ends_and_is_not_said_to_be_stopped(tmp_path):
+    clock = VirtualClock(T0)
+    with opened(tmp_path / "first", clock) as scope:
+        slews = in_mid_slew(scope)
+        scope._session.remember()
+        scope._session._after_reading()
+        shutil.copytree(tmp_path / "first", tmp_path / "crashed")
+        slews.close()
+    clock.sleep(3.0)
+    with opened(tmp_path / "crashed", clock) as scope:
+        began, trouble = stands(scope), scope.status().json["trouble"]
+        assert any(scope.simulator.moving)
+        ended, worst = ends_and_rests(scope)
+    print(f"\nopened at {began}, ended at {ended}, then {worst[0] * 60:.2f}′ and {worst[1] * 3600:.2f}″ off that")
+    assert "no command ends its last move" in trouble
+    assert "was stopped" not in trouble
+    assert max(abs(a - b) for a, b in zip(began, ended, strict=True)) > 1.0
+    assert worst[0] * 60.0 < 7.6
+    assert worst[1] == 0.0
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_a_parked_telescope_that_is_turned_by_hand_is_not_driven_back_and_says_so(tmp_path, axis):
+    with opened(tmp_path) as scope:
+        scope.park()
+        scope.wait(30.0)
+        scope.simulator.push(axis, -20.0 * 3600.0 / ARCSEC[axis - 1])
+        pushed = stands(scope)
+        scope.wait(30.0)
+        worst = 0.0
+        for _ in range(30):
+            scope.wait(10.0)
+            worst = max(worst, *(abs(here - there) for here, there in zip(stands(scope), pushed, strict=True)))
+        status = scope.status().json
+    print(f"\naxis {axis} pushed by 20°: {worst * 60:.2f}′ from there at worst")
+    assert worst * 60.0 < 12.6  # held up to 7.5′ short of where it stands, which it was up to 5′ short of
+    assert status["doing"] == "parked"
+    assert re.match(rf"axis{axis} was found (19|20)\.\d\d° from where it rested", status["trouble"])
+
+
+@pytest.mark.parametrize("reversed_", [False, True])
+@pytest.mark.parametrize("limit", [-170.0, 170.0])
+def test_parked_at_a_limit_it_is_held_inside_of_it(tmp_path, limit, reversed_):
+    with opened(tmp_path, axis1__park_deg=limit, axis1__reversed=reversed_, limits__horizon_deg=-5.0) as scope:
+        scope.park()
+        angles = []
+        for _ in range(90):
+            scope.wait(10.0)
+            angles.append(stands(scope)[0] * (-1 if reversed_ else 1))
+    print(f"\nparked at {limit:g}°: {min(angles):.4f}° to {max(angles):.4f}°")
+    assert min(angles) >= -170.0
+    assert max(angles) <= 170.0
+    assert all(abs(angle - limit) < 0.3 for angle in angles[3:])
+
+
+def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):
+    with opened(tmp_path, axis1__park_deg=160.0, limits__horizon_deg=-5.0) as scope:
+        scope.park()
+        scope.wait(30.0)
+        scope._session.drive.supervision._lose("the box was switched off and on; `sync` on a known star")
+        scope.wait(600.0)
+        status = scope.status().json
+        assert "not held" in status["warnings"][-1]
+        assert "in 0 h 29 min" in status["warnings"][-1]  # 10° at 15.01° an hour, less 10 min
+        scope.wait(1900.0)
+        assert "beyond a limit by now" in scope.status().json["warnings"][-1]
+        assert stands(scope)[0] > 170.0
+
+
+def test_half_a_command_is_left_by_the_power_switch_and_a_sync(tmp_path):
+    with opened(tmp_path) as scope:
+        star, link = star_at(scope, 60.0, 50.0), scope._session.drive._box._link
+        write = link.write
+
+        def cut(data):
+            if data[:1] == b"M":
+                link.write = write
+                write(data[:3])
+                raise LinkError("unplugged")
+            return write(data)
+
+        link.write = cut
+        with pytest.raises((LinkError, Refused, DriveError)):
+            scope.goto(star)
+        scope.wait(10.0)
+        assert "Switch the box off and on" in scope.status().json["unsynchronised_because"]
+        assert scope.simulator._held == b"M" + scope.simulator._held[1:3]
+        with pytest.raises(Refused, match="Switch the box off and on"):
+            scope.goto(star)
+        scope.simulator._held.clear()  # it is switched off and on
+        scope.sync(star)
+        assert scope.status().json["synchronised"]
+        scope.goto(star)
+        assert scope.status().json["doing"] == "tracking"
 
 
 def test_what_it_cannot_do_is_refused_with_the_bound(tmp_path):

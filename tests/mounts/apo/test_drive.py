@@ -503,6 +503,20 @@ def test_a_position_that_a_restart_has_lost_is_told_at_the_first_answer_and_once
     assert "restarted at 0.0000°" in bench.run(5.0).unsynchronised
 
 
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_restart_of_an_axis_that_was_about_to_move_leaves_its_position_unknown(kind):
+    bench = Bench(kind).connected()
+    bench.start(40.0, 70.0)
+    bench.run(0.5)
+    assert bench.speeds() == [0.0, 0.0]
+    bench.clock.sleep(1.5)  # it has begun, and nobody has seen it
+    bench.device.axes[1].restart(bench.clock.now(), loses_position=True)
+    bench.device.axes[1].believe(45.0)  # and says that it is where it was seen last
+    bench.clock.sleep(10.0)
+    with pytest.raises(Unsynchronised, match="altitude: its controller has restarted while the axis moved"):
+        bench.run(1.0)
+
+
 def test_settings_that_differ_are_noted_with_both_values():
     bench = Bench()
     bench.device.axes[0].servo.limits.velocity = 1.0

@@ -4,9 +4,10 @@ import re
 from dataclasses import replace
 
 import pytest
-from avr_bench import COUNT, SETTINGS, SIDEREAL, T0, Bench, Line, like
+from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
 
 from mounts.avr_box.commands import COMMANDS
+from mounts.avr_box.memory import NEVER
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
@@ -48,18 +49,31 @@ def test_steps_that_a_motor_missed_in_a_slew_are_found_and_the_next_slew_lands_r
     assert "missed steps" in " ".join(bench.drive.notes)
 
 
-def test_a_hand_controllers_move_is_followed_and_said():
+@pytest.mark.parametrize("letter", "NSnsEW")
+def test_a_hand_controllers_move_is_followed_and_said(letter):
     bench = opened()
     bench.follow(Line((0.0, 0.0), (SIDEREAL, 0.0), bench.clock.now()), 30.0)
-    bench.box.receive(b"N", bench.clock.now())
+    bench.box.receive(letter.encode(), bench.clock.now())
     bench.clock.sleep(0.4)
     seen = set()
-    for _ in range(20):
+    for _ in range(60 if letter in "ns" else 20):
         seen.update(bench.read().motion)
         bench.clock.sleep(0.25)
     assert within(bench)
-    assert seen <= {"tracking", "hand controller"}
+    assert seen == {"tracking", "hand controller"}
+    assert bench.read().motion == ("tracking",)
+    assert "moved by hand" in bench.drive.notes[-1]
     assert bench.read().alarms == ()
+
+
+def test_what_moves_by_itself_and_by_commands_is_not_taken_for_a_hand_controller():
+    bench, seen = opened(), set()
+    bench.slew(60_000.0, 50_000.0)
+    place = bench.drive.read(bench.clock.now()).axes[0].counts
+    bench.follow(Line((place, 50_000.0), (SIDEREAL, 1.0), bench.clock.now()), 60.0)
+    path = Line((place, 0.0), (0.0, 0.0), bench.clock.now(), axes=1)
+    bench.follow(path, 60.0, lambda _: seen.update(bench.read().motion))
+    assert seen == {"tracking"}
 
 
 @pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
@@ -164,6 +178,27 @@ def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
     assert not bench.box.moving[1]
     assert within(bench)
     assert bench.read().unsynchronised == ""
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+@pytest.mark.parametrize("never", [True, False])
+def test_a_runaway_is_ended_though_nobody_knows_where_the_axes_are(axis, never):
+    bench = Bench(memory={} if never else None)
+    bench.connect()
+    if not never:
+        bench.drive.supervision._lose(SWITCHED)
+    bench.read()
+    bench.box.receive(b"M\x00\x00\x00\x10" + bytes((2 * (axis - 1),)), bench.clock.now())
+    began = bench.true()[axis - 1]
+    for _ in range(60):
+        reading = bench.read()
+        bench.clock.sleep(0.25)
+    turns = (bench.true()[axis - 1] - began) / STEPS_PER_TURN[axis - 1]
+    print(f"\nthe runaway of axis {axis} came {360.0 * turns:.2f}° far")
+    assert bench.box.moving == (False, False)
+    assert 360.0 * turns < 1.5
+    assert reading.alarms == ()
+    assert reading.unsynchronised == (NEVER if never else SWITCHED)
 
 
 class Failing:
