@@ -274,10 +274,21 @@ def _register(axis: Mapping[str, Any]) -> str:
         beside = f" and short moves of {moves:+.1f} counts/s" if moves else ""
         command, ticks, every = axis["guide_command"], axis["guide_ticks"], axis["guide_every_s"]
         by = f" (`{command}` of {ticks} ticks every {every:g} s)" if command else ""
-        return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}"
+        return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}{_lag(axis)}"
     if "single_step_every_s" in axis:
-        return f", a microstep every {axis['single_step_every_s']:.2f} s"
+        return f", a microstep every {axis['single_step_every_s']:.2f} s{_lag(axis)}"
     return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
+
+
+def _lag(axis: Mapping[str, Any]) -> str:
+    """How far it is off by short moves, where that is seen."""
+    lag = axis.get("lag_arcsec", 0.0)
+    if lag is None:
+        return ", which is more than it can be held to"
+    return f", up to {lag:.1f}″ off" if lag >= _SEEN_ARCSEC else ""
+
+
+_SEEN_ARCSEC = 0.5
 
 
 def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:

@@ -139,7 +139,11 @@ def test_the_commands_of_a_rate_are_shown():
         20.0,
     )  # 0.115 · 20 / 0.462
     assert register(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
-    assert register(two, math.tau / 86164.0905 / 100.0) == {"single_step_every_s": pytest.approx(0.7217, abs=1e-3)}
+    assert register(two, math.tau / 86164.0905 / 100.0) == {
+        "single_step_every_s": pytest.approx(0.7217, abs=1e-3),
+        "lag_arcsec": pytest.approx(0.165, abs=0.01),
+    }
+    assert register(two, math.radians(31.0 / 3600.0))["lag_arcsec"] is None
 
 
 @pytest.fixture

@@ -49,6 +49,20 @@ def test_steps_that_a_motor_missed_in_a_slew_are_found_and_the_next_slew_lands_r
     assert "missed steps" in " ".join(bench.drive.notes)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_motor_that_misses_steps_either_way_falls_short_and_each_slew_goes_on_to_the_target(way):
+    bench = opened(lost_steps=0.05)
+    bench.slew(0.0, way * 500_000.0, rates=(0.0, 0.0))
+    first = abs(way * 500_000.0 - bench.true()[1])
+    bench.slew(0.0, way * 500_000.0, rates=(0.0, 0.0))
+    second = abs(way * 500_000.0 - bench.true()[1])
+    print(f"\n5 % of the fast steps missed: {first:.0f} microsteps short, after another slew {second:.0f}")
+    assert abs(bench.true()[1]) < 500_000.0
+    assert 15_000.0 < first < 25_000.0
+    assert second < 2.0 * COUNT[1]
+    assert "ran where it was not sent" not in " ".join(bench.drive.notes)
+
+
 @pytest.mark.parametrize("letter", "NSnsEW")
 def test_a_hand_controllers_move_is_followed_and_said(letter):
     bench = opened()
