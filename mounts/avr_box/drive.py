@@ -26,7 +26,7 @@ from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
 from mounts.avr_box.tick_watch import TickWatch
 from mounts.avr_box.tracking import RECHECK_S, Tracker
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, StillMoving, Unsynchronised
 from pointing.plan import Leading
 
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
@@ -303,7 +303,7 @@ class AvrBoxDrive:
 
         Raises
         ------
-        DriveRefused
+        StillMoving
             A piece is under way; says when it ends.
         """
         for axis in self.axes:
@@ -312,7 +312,7 @@ class AvrBoxDrive:
         left = {axis.index + 1: axis.slew_ends - time for axis in self.axes if axis.slew_ends > time}
         if left:
             ends = " and ".join(f"axis {number} ends its move" for number in left)
-            raise DriveRefused(_NO_STOP.format(ends, max(left.values())))
+            raise StillMoving(_NO_STOP.format(ends, max(left.values())))
 
     def power(self, *, on: bool) -> None:
         """Refuse: no command switches its motors.

@@ -12,6 +12,7 @@ from telescope_bench import T0, Witness, star_at
 
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
+from clockdrive.service import Service
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
@@ -174,6 +175,32 @@ def test_stop_says_when_the_move_ends_and_the_telescope_rests_after_it(tmp_path)
         assert status["doing"] == "idle"
         assert not any(axis["slewing"] for axis in status["axes"])
         assert scope.clock.now() - T0 < 120.0
+
+
+def test_a_stop_that_did_all_it_can_is_an_answer_and_is_not_tried_again(tmp_path):
+    with opened(tmp_path) as scope:
+        slews = scope._slewing.goto(star_at(scope, 60.0, 50.0), lambda _: None)
+        for _ in range(12):
+            next(slews)
+            scope.clock.sleep(0.25)
+        answer = Service(scope)("stop", {}, lambda _: None)
+        slews.close()
+        scope.wait(5.0)
+        said = " ".join(event.text for event in scope.events())
+        assert answer["ok"]
+        assert re.search(r"ends its move.*in \d+\.\d s, and no further move is sent", answer["note"])
+        assert answer["note"] in said
+        assert "again" not in said
+
+
+def test_a_stop_at_rest_does_not_mind_the_move_that_holds_it(tmp_path):
+    with opened(tmp_path) as scope:
+        axis = scope._session.drive.axes[0]
+        while scope.clock.now() > axis.reckoning.ends:
+            scope.wait(0.5)
+        assert axis.at(scope.clock.now()).moving
+        scope.stop()
+        assert scope.status().json["trouble"] == ""
 
 
 def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
