@@ -57,7 +57,7 @@ class Service:
             "status": lambda _args, _: telescope.status().json,
             "stop": lambda _args, _: _done(telescope.stop),
             "sync": self._sync,
-            "unpark": lambda _args, _: _done(telescope.unpark),
+            "unpark": lambda _args, _: {"ok": True, "was_parked": telescope.unpark()},
         }
 
     def __call__(self, name: str, args: dict[str, Any], emit: Emit) -> object:

@@ -583,11 +583,13 @@ class Session:
         if not stands:  # an interruption stops on its way out as well
             self.note("stopped", "by command")
 
-    def unpark(self) -> None:
-        """Allow motion again."""
+    def unpark(self) -> bool:
+        """Allow motion again; return whether it was parked."""
+        was = self.store.parked()
         self.store.record_parked(parked=False, time=self.clock.now())
         if self.doing in _AT_REST:
             self.now_doing("idle")
+        return was
 
     def power(self, *, on: bool) -> None:
         """Power the motors, or stop and send the drive to standby."""

@@ -40,13 +40,14 @@ class Mutilating:
 
 
 class Watch:
-    """Measures the moves that the box makes and nobody commanded."""
+    """Measures the moves that the box makes and nobody commanded, and holds every reading to the box's own motors."""
 
     def __init__(self, box, drive):
         self.wanted = set()
         self.worst = [0, 0]
         self.running = [None, None]
-        send = drive._box.send
+        self.readings, self.ratio, self.wrong = 0, 0.0, []
+        read, send = drive.read, drive._box.send
         begin, advance = box._begin, box.advance
 
         def sent(command):
@@ -66,7 +67,23 @@ class Watch:
             advance(t)
             self.note(box)
 
-        drive._box.send, box._begin, box.advance = sent, began, advanced
+        def judged(time):
+            reading = read(time)
+            self.judge(reading, box)
+            return reading
+
+        drive.read, drive._box.send, box._begin, box.advance = judged, sent, began, advanced
+
+    def judge(self, reading, box):
+        if reading.unsynchronised:
+            return
+        self.readings += 1
+        box.advance(reading.time)
+        for i, axis in enumerate(reading.axes):
+            off = abs(axis.counts - box.true_position(i + 1))
+            self.ratio = max(self.ratio, off / (axis.uncertainty_counts or math.inf))
+            if off > axis.uncertainty_counts:
+                self.wrong.append((i, off, axis.uncertainty_counts))
 
     def note(self, box):
         for axis, since in enumerate(self.running):
@@ -90,31 +107,26 @@ class Campaign:
 
     def __init__(self):
         self.faults, self.worst, self.lost, self.wrong, self.ratio, self.longer = Counter(), [0, 0], 0, [], 0.0, []
+        self.readings = 0
         self.bound = [2 * law.half_within(round(LONGEST_S * CRYSTAL_HZ)) for law in laws(standard())]
 
-    def add(self, seed, read, box, watch, happened):
+    def add(self, seed, read, watch, happened):
         self.faults += Counter(how for how, _ in happened.elements())
         self.worst = [max(pair) for pair in zip(self.worst, watch.worst, strict=True)]
         if any(far > most for far, most in zip(watch.worst, self.bound, strict=True)):
             self.longer.append((seed, watch.worst))
+        self.readings, self.ratio = self.readings + watch.readings, max(self.ratio, watch.ratio)
+        self.wrong += [(seed, *each) for each in watch.wrong]
         try:
             reading = read()
         except (DriveError, TransportError):  # it will not be spoken to until it was switched off and on
             self.lost += 1
             return
-        if reading.unsynchronised:
-            self.lost += 1
-            return
-        box.advance(reading.time)
-        for i, axis in enumerate(reading.axes):
-            off = abs(axis.counts - box.true_position(i + 1))
-            self.ratio = max(self.ratio, off / (axis.uncertainty_counts or math.inf))
-            if off > axis.uncertainty_counts:
-                self.wrong.append((seed, i, off, axis.uncertainty_counts))
+        self.lost += bool(reading.unsynchronised)
 
     def __str__(self):
         return (
             f"{sum(self.faults.values())} mutilated: {dict(self.faults)}, farthest {self.worst} of {self.bound} "
-            f"microsteps, {self.lost} unsynchronised, {self.ratio:.2f} of what was stated\n"
+            f"microsteps, {self.lost} unsynchronised, {self.readings} readings, {self.ratio:.2f} of what was stated\n"
             f"longer: {self.longer[:10]} wrong: {self.wrong[:10]}"
         )

@@ -139,7 +139,10 @@ def flip(args: argparse.Namespace) -> None:
 def simple(args: argparse.Namespace) -> None:
     """Make a call that takes nothing and answers nothing."""
     with backend(args.config, args.command, keep_tracking=args.command != "stop") as telescope:
-        _show(args, telescope.call(args.command), lambda answer: f"{args.command}: done")  # noqa: ARG005 - no more
+        _show(args, telescope.call(args.command), lambda answer: f"{args.command}: {_DONE[answer.get('was_parked')]}")
+
+
+_DONE = {None: "done", True: "done", False: "it was not parked; nothing is changed"}
 
 
 def sync(args: argparse.Namespace) -> None:

@@ -81,10 +81,13 @@ class BoxAxis:
         """Whether a move was sent since the encoder last agreed."""
         self.asked = 0
         """Microsteps, signed, of the moves since its encoder last agreed at rest."""
+        self.unproved_steps = kept.unproved_steps
+        """Microsteps of all moves since a `sync` that nothing has shown to go as far, and that way."""
         self.corrected = 0.0
         """Microsteps by which its encoder had it farther on since then."""
         for move in kept.moves:
             self.moved(move.half, move.sign, move.begin, slew=True)
+        self.unproved_steps = kept.unproved_steps
 
     @property
     def own_rate(self) -> float:
@@ -160,6 +163,7 @@ class BoxAxis:
         self._moves.append(KeptMove(half, sign, begin))
         self.unproved = True
         self.asked += 2 * half * sign
+        self.unproved_steps += 2.0 * half
         if slew:
             self.slew_ends = max(self.slew_ends, motion.end)
 
@@ -167,7 +171,8 @@ class BoxAxis:
         return lambda seconds: sign * self.law.made(half, cycles_in(seconds, crystal))
 
     def guided(self, rate: float, begin: float, duration: float) -> None:
-        """The rate of axis 1 is another for a time."""
+        """The rate of axis 1 is another for a time: by how much is the manual's, and may be wrong by all of it."""
+        self.widened(abs(rate - self.own_rate) * max(0.0, duration), begin)
         self.reckoning.goes_on(rate, begin)
         self.reckoning.goes_on(self.own_rate, begin + duration)
         self.guided_until = begin + duration
@@ -184,6 +189,11 @@ class BoxAxis:
         """It is known where it is; what is under way goes on from there."""
         self.reckoning.known(counts, time, uncertainty)
         self._whole = counts
+
+    def widened(self, counts: float, time: float) -> None:
+        """It may be off by so much more."""
+        state = self.at(time)
+        self.reckoning.known(state.counts, time, state.uncertainty + counts)
 
     def agreed(self) -> None:
         """Its encoder says, at rest, what is reckoned."""
@@ -220,7 +230,7 @@ class BoxAxis:
         """What must be remembered of it: where it was at a time, and the moves since."""
         state = self.at(time)
         zero = None if self.encoder is None else self.encoder.zero
-        return KeptAxis(state.counts, state.uncertainty, tuple(self._moves), zero)
+        return KeptAxis(state.counts, state.uncertainty, tuple(self._moves), zero, self.unproved_steps)
 
     def _settle(self, time: float) -> None:
         """Forget moves that are over."""

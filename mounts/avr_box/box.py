@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from mounts.avr_box.answers import LENGTH, AnswerDecoder, Pair
 from mounts.avr_box.commands import COMMANDS
+from mounts.avr_box.trust import Trust
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
 from transports.link import Clock, Link
@@ -68,8 +69,8 @@ class Box:
         self._trips: list[float] = []  # seconds, the last few round trips without their line time
         self.in_doubt = False
         """Whether half a command may stand in the box; a program that begins is told so by the one before it."""
-        self.damaged = 0
-        """How often something was lost or mutilated on the line, as far as answers show it."""
+        self.trust = Trust()
+        """What of all that was sent is believed."""
 
     @property
     def name(self) -> str:
@@ -98,11 +99,13 @@ class Box:
         self._require_sound()
         link = self._opened()
         try:
-            return link.write(command) + self.delay_s
+            begin = link.write(command) + self.delay_s
         except LinkError:
             self.in_doubt = COMMANDS[chr(command[0])].arguments > 0
             self._drop()
             raise
+        self.trust.sent(chr(command[0]), begin)
+        return begin
 
     def ask(self, question: bytes, tries: int = _TRIES) -> Told:
         """Ask `P` or `Q`, again where the answer is lost or garbled.
@@ -126,7 +129,7 @@ class Box:
                 error = lost
             except NoAnswer as silent:
                 error = silent
-            self.damaged += 1
+            self.trust.flawed()
         assert error is not None  # noqa: S101 - there was a try
         raise error
 
@@ -146,9 +149,14 @@ class Box:
         LinkError
             The link was lost; it is as it was.
         """
-        if self.in_doubt:
+        if not self.in_doubt:
+            return
+        try:
             self._opened().write(bytes(_MOST_ARGUMENTS))
-            self.in_doubt = False
+        except LinkError:
+            self._drop()
+            raise
+        self.in_doubt = False
 
     def close(self) -> None:
         """Close the link."""
@@ -164,7 +172,9 @@ class Box:
             data = link.read(LENGTH, left)
             come += len(data)
             if pairs := decoder.feed(data):
-                self.damaged += come > LENGTH
+                if come > LENGTH:
+                    self.trust.flawed()
+                self.trust.answered()
                 return self._told(pairs[0], sent)
         if come >= _STRANGE:
             raise WrongProtocol(_STRANGER.format(link.name))
@@ -177,7 +187,8 @@ class Box:
         """Throw away what nobody asked for; a port that does not fall silent is not that of a box."""
         come = 0
         while data := link.read(256, _QUIET_S if self._unsettled else 0.0):
-            self.damaged += not self._fresh
+            if not self._fresh:
+                self.trust.flawed()
             come += len(data)
             if come > _RUBBISH:
                 raise WrongProtocol(_STRANGER.format(link.name))

@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from mounts.avr_box import commands, following
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
+from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
+from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
 from mounts.avr_box.settings import AvrSettings
@@ -27,7 +29,7 @@ from mounts.errors import DriveRefused, Unsynchronised
 from pointing.plan import Leading
 
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
-_UNATTENDED = 3e-3  # of the way that it tracked while nobody looked: the divisor, or a PEC that was switched on
+_ASKED_BLIND = 8  # questions a reading, while a command without encoders is not believed
 _GUIDED_S = 118.0  # for which guiding goes on at most when its host is gone
 _NO_STOP = "the box has no stop: {} in {:.1f} s, and no further move is sent; its power switch stops it at once"
 
@@ -72,6 +74,9 @@ class AvrBoxDrive:
         self._slews = Slews(box, self.axes, self._moves)
         self._tracker = Tracker(box, settings, self.axes, self._moves, self._ticks, self._watch)
         self._resting = kept.resting
+        self._proved = kept.proved
+        if kept.doubted is not None:
+            box.trust.sent("M", kept.doubted)
         self._own_notes: tuple[str, ...] = ()
 
     # What it is ------------------------------------------------------------------------------------------------
@@ -124,6 +129,8 @@ class AvrBoxDrive:
             self._ticks.crystal_uncertainty,
             self._resting,
             self._moves.sending or self._box.in_doubt,
+            None if self._box.trust.complete else self._box.trust.since(),
+            self._proved,
             self._settings.meaning,
         ).as_json()
 
@@ -164,7 +171,7 @@ class AvrBoxDrive:
             return
         axis = self.axes[0]
         rates = self._tracker.rates
-        unsure = _UNATTENDED if self._settings.encoder_counts_per_turn else 1.0  # it may have been switched off
+        unsure = UNATTENDED if self._settings.encoder_counts_per_turn else 1.0  # it may have been switched off
         doubt = away * rates.own * unsure + min(away, _GUIDED_S) * (rates.faster - rates.own)
         here = axis.at(time)
         axis.known(here.counts, time, here.uncertainty + max(0.0, doubt))
@@ -189,8 +196,12 @@ class AvrBoxDrive:
         self._slews.send_due()
         if self._settings.encoder_counts_per_turn:
             self.supervision.look()
-        if self._box.now() - self._watch.asked > _TICKS_EVERY_S or not self._settings.encoder_counts_per_turn:
-            self._watch.ask()
+            if self._box.now() - self._watch.asked > _TICKS_EVERY_S:
+                self._watch.ask()
+        else:
+            for _ in range(1 if self._box.trust.complete else _ASKED_BLIND):
+                self._watch.ask()
+            self.supervision.look_blind()
         return self._reading()
 
     def _reading(self) -> Reading:
@@ -199,7 +210,7 @@ class AvrBoxDrive:
         for axis in self.axes:
             state = axis.at(now)
             rate = state.rate if axis.slewing(now) else axis.rate_until_free(now)
-            axes.append(AxisReading(state.counts, state.uncertainty + axis.grain, rate, axis.slewing(now)))
+            axes.append(AxisReading(state.counts, self._uncertainty(axis, now) + axis.grain, rate, axis.slewing(now)))
         return Reading(
             now,
             tuple(axes),
@@ -207,6 +218,18 @@ class AvrBoxDrive:
             alarms=self.supervision.alarms,
             tracking=not self._resting,
             unsynchronised=self.supervision.unsynchronised,
+        )
+
+    def _uncertainty(self, axis: BoxAxis, now: float) -> float:
+        ways = sum(each.unproved_steps for each in self.axes) + axis.unproved_steps  # its own the other way
+        return uncertainty(
+            axis,
+            0.0 if self._proved else ways,
+            self._box.trust,
+            self._tracker.rates,
+            now,
+            self.supervision.looked,
+            flawed=self.supervision.flawed,
         )
 
     # Moving ----------------------------------------------------------------------------------------------------
@@ -245,7 +268,7 @@ class AvrBoxDrive:
         DriveRefused
             Always.
         """
-        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` makes one of a length")
+        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` moves one axis by a way")
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Reckon from here on.
@@ -258,11 +281,21 @@ class AvrBoxDrive:
         now = self._box.now()
         if any(now < axis.reckoning.ends for axis in self.axes):
             raise DriveRefused("the axes move: `sync` when they have ended it, the box has no stop")
-        for axis, here in zip(self.axes, counts, strict=False):
-            ahead = axis.at(now).rate * (now - time)
-            axis.known(here + ahead, now, 0.5)
+        found = [here + axis.at(now).rate * (now - time) for axis, here in zip(self.axes, counts, strict=False)]
+        self._prove(found, now)
+        for axis, here in zip(self.axes, found, strict=True):
+            axis.known(here, now, 0.5)
         self.supervision.synchronised()
         self._write_flags(pec=self._settings.pec)
+
+    def _prove(self, found: Sequence[float], now: float) -> None:
+        """A person says where the axes are: whether that shows that moves mean what is taken for it."""
+        one, two = self.axes
+        off = found[0] - one.at(now).counts, found[1] - two.at(now).counts
+        known = not self.supervision.unsynchronised
+        self._proved |= known and proves((one.unproved_steps, two.unproved_steps), off)
+        for axis in self.axes:
+            axis.unproved_steps = 0.0
 
     def stop(self, time: float) -> None:
         """Send no further piece, and hold axis 1 from then on where `follow` says.
@@ -311,10 +344,31 @@ class AvrBoxDrive:
             There is no such bin, or its bytes could be taken for a command.
         """
         self._box.send(commands.set_bin(number) if name == "pec_bin" else commands.set_zero(number))
+        self._ticks.forget()
 
     def asked_encoders(self) -> Told:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
+
+    def encoders_seen(self) -> tuple[EncoderSeen, ...]:
+        """What both encoders say, and where that is; nothing where none are fitted.
+
+        Raises
+        ------
+        TransportError
+            They do not answer.
+        """
+        if not self._settings.encoder_counts_per_turn:
+            return ()
+        told = self._box.ask(commands.ASK_ENCODERS)
+        seen = []
+        for axis, said in zip(self.axes, told.pair, strict=True):
+            encoder = axis.encoder
+            if encoder is not None:
+                tied = encoder.zero is not None and not self.supervision.unsynchronised
+                here = encoder.steps(said) if tied else None
+                seen.append(EncoderSeen(said, encoder.step, here, axis.at(told.middle).counts))
+        return tuple(seen)
 
     def begin_trial(self) -> None:
         """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
@@ -329,7 +383,7 @@ class AvrBoxDrive:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
         wire = half * self._settings.wire_per_half
-        self._moves.send_remembered(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
+        self._moves.send_trial(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
         return wire
 
     def give_back(self) -> None:

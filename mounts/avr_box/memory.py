@@ -34,6 +34,7 @@ class KeptAxis:
     uncertainty: float
     moves: tuple[KeptMove, ...] = ()
     encoder_zero: float | None = None
+    unproved_steps: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Kept:
     crystal_uncertainty: float | None = None
     resting: bool = False
     sending: bool = False
+    doubted: float | None = None
+    proved: bool = False
     meaning: str = ""
 
     def as_json(self) -> dict[str, object]:
@@ -66,7 +69,8 @@ class Kept:
         why = found.unsynchronised
         if not why and found.meaning != meaning:
             why = REINTERPRETED
-        return replace(found, unsynchronised=why, meaning=meaning)
+        proved = found.proved and found.meaning == meaning
+        return replace(found, unsynchronised=why, proved=proved, meaning=meaning)
 
 
 def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
@@ -78,6 +82,7 @@ def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, obj
 def _read(memory: Mapping[str, object]) -> Kept:
     one, two = (_axis(cast("Mapping[str, object]", kept)) for kept in cast("Sequence[object]", memory["axes"]))
     time, crystal = memory["time"], memory.get("crystal_uncertainty")
+    doubted = memory["doubted"]
     return Kept(
         unsynchronised=_text(memory["unsynchronised"]),
         time=-math.inf if time is None else _number(time),
@@ -86,6 +91,8 @@ def _read(memory: Mapping[str, object]) -> Kept:
         crystal_uncertainty=None if crystal is None else _number(crystal),
         resting=memory["resting"] is True,
         sending=memory["sending"] is True,
+        doubted=None if doubted is None else _number(doubted),
+        proved=memory["proved"] is True,
         meaning=_text(memory["meaning"]),
     )
 
@@ -97,7 +104,11 @@ def _axis(kept: Mapping[str, object]) -> KeptAxis:
     )
     zero = kept["encoder_zero"]
     return KeptAxis(
-        _number(kept["counts"]), _number(kept["uncertainty"]), moves, None if zero is None else _number(zero)
+        _number(kept["counts"]),
+        _number(kept["uncertainty"]),
+        moves,
+        None if zero is None else _number(zero),
+        _number(kept["unproved_steps"]),
     )
 
 

@@ -23,12 +23,22 @@ _FIRST_BINS = 3
 _LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
+_TRIES = 3
+_DAMAGES = 3  # of the line since the last sync, from which on it mutilates moves as well
 _OFTEN = 2  # times that the opposite is no chance
 ABSENT_S = 60.0  # for which a box that no encoder watches may be left without a program
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
 ABSENT = (
     "no program watched, and without encoders nobody knows whether the box was switched off or the telescope turned "
     "meanwhile; `sync` on a known star"
+)
+BAD_LINE = (
+    "the line lost or mutilated an answer soon after a command, which it may have mutilated too, and there are no "
+    "encoders to tell; look at the telescope, switch the box off if it runs, mend cable or port, then `sync`"
+)
+STEPPED = (
+    "the ticks of the box are not where they should be: it was switched off and on, or this computer's clock was set "
+    "while axis 1 tracked; `sync` on a known star"
 )
 MAY_RUN = (
     "the box did not answer after a move, which may have been mutilated, and there are no encoders to see it: both "
@@ -37,7 +47,7 @@ MAY_RUN = (
 AGAINST = (
     "the encoder of axis {} says the opposite of what the axis was told: swap its A and B wires, or set `reversed` "
     "of that axis where it turns the wrong way, or `axis_bit` where it moves instead of the other one (`commission` "
-    "tells which), then `sync`"
+    "tells which), then `sync`; where that happens once on a line that loses bytes, a command was mutilated"
 )
 COUNTS = (
     'by the encoders moves go {} as far as they should, again and again: set `move_count` to "{}", unless '
@@ -100,12 +110,22 @@ class Supervision:
         self._runs_since = self._runs_seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
         self._unplaced: Told | None = None  # what the encoders said last while nobody knew where the axes are
         self._running_since = [math.inf, math.inf]  # POSIX seconds, likewise
-        self._sound = 0  # damages of the line when the position was last given
+        self._sound = 0  # flaws of the line when the position was last given
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was seen, the newest last."""
         return tuple(self._events[-5:])
+
+    @property
+    def flawed(self) -> bool:
+        """Whether the line has shown a flaw since it was known where the axes are."""
+        return self._box.trust.flaws > self._sound
+
+    @property
+    def looked(self) -> float:
+        """When the encoders were last believed, POSIX seconds."""
+        return self._looked
 
     def found(self) -> None:
         """Look for the first time: tie the encoders, or say where the axes went while nobody looked."""
@@ -123,6 +143,7 @@ class Supervision:
             else:
                 self._repair(self._astray(told))
         self._bound(told)
+        self._looked = told.middle
 
     def look(self) -> None:
         """Ask the encoders, and act on what they say.
@@ -133,6 +154,9 @@ class Supervision:
             They do not answer.
         """
         told = self._box.ask(commands.ASK_ENCODERS)
+        if self._ticks.stepped:
+            self._ticks.stepped = False
+            self._box.trust.flawed()
         if self._runaways:
             self._end(self._runaways)
         if self.on_trial:
@@ -149,8 +173,19 @@ class Supervision:
         if any(self._beyond(axis, told) for axis in self._axes):
             self._act(told)
         else:
-            self._box.damaged += 1
+            self._box.trust.flawed()
             self._agreed(told)
+
+    def look_blind(self) -> None:
+        """See whether the line shows a flaw, or the box another time, and no encoder tells what came of it."""
+        if self.unsynchronised or self.on_trial:
+            return
+        if self._ticks.stepped:
+            self._lose(STEPPED)
+        elif self.flawed and self._box.trust.complete:
+            self._sound = self._box.trust.flaws
+        elif self.flawed:
+            self._lose(BAD_LINE)
 
     def _guard(self, told: Told) -> None:
         """End what runs for longer than a hand controller lets it, though nobody knows where the axes are."""
@@ -200,7 +235,9 @@ class Supervision:
     def synchronised(self) -> None:
         """A person says where the axes are."""
         self._box.switched_on()
-        self.unsynchronised, self.alarms, self._sound = "", (), self._box.damaged
+        self.unsynchronised, self.alarms, self._sound = "", (), self._box.trust.flaws
+        self._box.trust.told()
+        self._ticks.forget()
         self._runaways = []
         self._halved = self._doubled = 0
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
@@ -234,14 +271,13 @@ class Supervision:
 
     def _bound(self, told: Told) -> None:
         """An encoder bounds what the reckoning may be off, where that is much, or commands may have been lost."""
-        damaged = self._box.damaged > self._sound
         for axis, said in zip(self._axes, told.pair, strict=True):
             encoder = axis.encoder
             if encoder is None or encoder.zero is None:
                 continue
             state, most, here = axis.at(told.middle), BOUND_COUNTS * encoder.step, encoder.steps(said)
             crept = abs(state.counts - here) > TRUST_COUNTS * encoder.step  # no farther than it was uncertain
-            if (damaged or crept or state.uncertainty > most) and not state.moving:
+            if (self.flawed or crept or state.uncertainty > most) and not state.moving:
                 axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
 
     def _act(self, told: Told) -> None:
@@ -250,6 +286,8 @@ class Supervision:
             self._lose(SWITCHED)
             return
         astray = self._astray(told)
+        if any(each.opposite for each in astray):  # an answer that came late says so once, a wrong wire again
+            astray = self._astray(astray[0].told)
         unproved = self._any_unproved()
         most = _UNPROVED_COUNTS if unproved else RUNS_COUNTS
         running = [each for each in astray if each.past or (abs(each.runs) > most and not each.short)]
@@ -273,10 +311,23 @@ class Supervision:
     def _any_unproved(self) -> bool:
         return any(axis.unproved for axis in self._axes)
 
+    def _surely_told(self) -> Told:
+        """Ask until two answers in a row can both be right: digits can be garbled and still be some."""
+        told = self._box.ask(commands.ASK_ENCODERS)
+        for _ in range(_TRIES):
+            before, told = told, self._box.ask(commands.ASK_ENCODERS)
+            ways = [abs(one - other) for one, other in zip(told.pair, before.pair, strict=True)]
+            fastest = [axis.law.fastest / axis.encoder.step for axis in self._axes if axis.encoder is not None]
+            passed = told.latest - before.earliest
+            if all(way <= most * passed + 1.0 for way, most in zip(ways, fastest, strict=True)):
+                break
+            self._box.trust.flawed()
+        return told
+
     def _astray(self, told: Told) -> list[_Astray]:
         """Look again after a moment at each axis that is astray, whether it runs."""
         self._box.pause(told.latest + AGAIN_S)
-        again = self._box.ask(commands.ASK_ENCODERS)
+        again = self._surely_told()
         found = []
         for axis in self._axes:
             encoder = axis.encoder
@@ -308,7 +359,7 @@ class Supervision:
                 "its steps lead: it missed steps, or was moved by hand; the encoder says where it is, ± 1 count"
             )
             unsure = encoder.step * (BOUND_COUNTS + abs(runs)) + abs(state.rate) * _TIMING_S
-            self._counted = told.pair
+            self._counted, self._looked = told.pair, told.middle
             axis.corrected += said - state.counts
             axis.known(said, told.middle, unsure)
             encoder.proved = said
@@ -322,13 +373,18 @@ class Supervision:
             self._halved = self._halved + 1 if halved else 0
             self._doubled = 0
         axis.agreed()
-        if self._halved >= _OFTEN:
+        if self._halved >= _OFTEN and self._line_is_sound:
             self._lose(COUNTS.format("half", "total"))
+
+    @property
+    def _line_is_sound(self) -> bool:
+        """Whether moves that go wrong are no matter of the line."""
+        return self._box.trust.flaws - self._sound < _DAMAGES
 
     def _count_past(self, running: Sequence[_Astray]) -> None:
         """Whether moves go farther than they should, again and again."""
         self._doubled += sum(each.past for each in running)
-        if self._doubled >= _OFTEN:
+        if self._doubled >= _OFTEN and self._line_is_sound:
             self._lose(COUNTS.format("twice", "half"))
 
     def _end(self, running: Sequence[Runaway]) -> None:

@@ -14,7 +14,8 @@ from mounts.avr_box.timers import TICK_S
 CRYSTAL_UNCERTAINTY = 1e-4
 """Of a crystal that nobody has measured, relative."""
 _SURER = 0.5  # times as sure as before, for the crystal to be taken anew
-_NEAR_TICKS = 2.0
+NEAR_TICKS = 2.0
+_PULSE_S = 30.0  # for which nothing need be heard, that a bin which a pulse moved is believed
 _LEAST = 2e-6  # to which a crystal is believed; it changes with the temperature
 
 
@@ -34,6 +35,11 @@ class TickClock:
         self.crystal_uncertainty = uncertainty
         self.moved_at = -math.inf
         """When the bin was last another one than the ticks lead to, POSIX seconds: an index pulse, or switched on."""
+        self.stepped = False
+        """Whether no tick and no index pulse explains the bin: a clock was set, or the box began anew."""
+        self.slipped_s = 0.0
+        """Seconds by which ticks came otherwise than they should, by less than a tick, all told."""
+        self._heard = -math.inf  # POSIX seconds, when an answer was taken in last
         self._bin: int | None = None  # after the tick below
         self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
         self._first: tuple[float, float, int] | None = None  # bounds of an early tick, and how many there were since
@@ -62,25 +68,49 @@ class TickClock:
         if self._bin is None:
             return False
         expected = self._bin + (time - (self._low + self._high) / 2.0) / self.tick_s
-        return abs((number - expected + 0.5 + BINS / 2.0) % BINS - BINS / 2.0) > _NEAR_TICKS
+        return abs((number - expected + 0.5 + BINS / 2.0) % BINS - BINS / 2.0) > NEAR_TICKS
 
-    def heard(self, number: int, earliest: float, latest: float) -> None:
-        """Take in that the bin was this at some moment between two times."""
+    def unexplained(self, number: int, zero: int, earliest: float, latest: float) -> float:
+        """By how many ticks a bin is elsewhere than time and an index pulse since the last answer lead to."""
+        middle = (earliest + latest) / 2.0
+        if self._bin is None or self._passed(number, middle) is not None:
+            return 0.0
+        if self._pulsed(number, zero, latest):
+            return 0.0
+        expected = self._bin + (middle - (self._low + self._high) / 2.0) / self.tick_s
+        return abs((number - expected + 0.5 + BINS / 2.0) % BINS - BINS / 2.0)
+
+    def _pulsed(self, number: int, zero: int, latest: float) -> bool:
+        """Whether an index pulse since the last answer may have made the bin what it is."""
+        return (number - zero) % BINS <= min(latest - self._heard, _PULSE_S) / self.tick_s + NEAR_TICKS
+
+    def forget(self) -> None:
+        """The bin was set, or the box began anew: the next answer is the first."""
+        self._bin, self._first, self.stepped = None, None, False
+
+    def heard(self, number: int, earliest: float, latest: float, zero: int = 0) -> None:
+        """Take in that the bin was this at some moment between two times; an index pulse makes it `zero`."""
+        pulsed, self._heard = self._pulsed(number, zero, latest), latest
         bounds = latest - self.tick_s - (latest - earliest), latest
         if self._bin is None or self._first is None:
             self._bin, (self._low, self._high) = number, bounds
             self._first = (*bounds, 0)
             return
         ticks = self._passed(number, (earliest + latest) / 2.0)
+        if ticks is not None and pulsed and not self._meets(ticks, *bounds):
+            ticks = None
         self._carry(ticks or 0)
         if ticks is None:  # the index pulse moved the bin
             self.moved_at = latest
             self._carry(math.floor((earliest - self._high) / self.tick_s))
             self._bin = number
+            if self._low + self.tick_s <= latest:  # it may have been told before the next tick, or after it
+                self._bin = self._first = None
             return
         self._bin = number
         low, high = max(self._low, bounds[0]), min(self._high, bounds[1])
         if low > high:  # a delay that was not seen: begin anew
+            self.slipped_s += low - high
             low, high = bounds
             self._first = (*bounds, 0)
         self._low, self._high = low, high
@@ -94,6 +124,11 @@ class TickClock:
         ticks += BINS * round((expected - 0.5 - ticks) / BINS)
         wide = 1.0 + self.uncertainty_s / self.tick_s
         return ticks if -wide < expected - 0.5 - ticks < wide and ticks >= 0 else None
+
+    def _meets(self, ticks: int, low: float, high: float) -> bool:
+        """Whether so many ticks later is within bounds."""
+        wider = ticks * self.tick_s * self.crystal_uncertainty
+        return self._low + ticks * self.tick_s - wider <= high and low <= self._high + ticks * self.tick_s + wider
 
     def _carry(self, ticks: int) -> None:
         """Speak of a later tick from now on."""

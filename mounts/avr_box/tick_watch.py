@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
-from mounts.avr_box.tick_clock import TickClock
+from mounts.avr_box.tick_clock import NEAR_TICKS, TickClock
 
 _PHASE_S = 0.02  # to which the moment of a tick is worth knowing
 _STALE = 3.0  # times that, before it is found out anew
@@ -40,13 +40,24 @@ class TickWatch:
             As `Box.ask`.
         """
         told = self._box.ask(commands.ASK_PEC) if tries is None else self._box.ask(commands.ASK_PEC, tries)
-        before = self._ticks.crystal
-        self._ticks.heard(told.pair.one, told.earliest, told.latest)
+        if self._unexplained(told) > NEAR_TICKS:
+            told = self._box.ask(commands.ASK_PEC)  # digits can be garbled and still be some
+            if self._unexplained(told) > NEAR_TICKS:
+                self._ticks.stepped = True
+            else:
+                self._box.trust.flawed()
+        before, slipped = self._ticks.crystal, self._ticks.slipped_s - self._unexplained(told) * self._ticks.tick_s
+        self._ticks.heard(told.pair.one, told.earliest, told.latest, told.pair.two)
+        if (late := self._ticks.slipped_s - slipped) > 0.0:  # it tracked for longer or shorter than was reckoned
+            self._axes[0].widened(late * abs(self._axes[0].own_rate), told.latest)
         self.asked = told.latest
         if self._ticks.crystal != before:
             for axis in self._axes:
                 axis.crystal_measured(told.latest)
         return told
+
+    def _unexplained(self, told: Told) -> float:
+        return self._ticks.unexplained(told.pair.one, told.pair.two, told.earliest, told.latest)
 
     def see_a_tick(self) -> None:
         """Ask until the bin changes, which is the tick."""

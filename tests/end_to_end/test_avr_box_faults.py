@@ -67,9 +67,7 @@ def night(folder, seed, interfere, campaign):
                 scope.wait(1.0)
         line.now = line.clean
         scope.wait(60.0)
-        campaign.add(
-            seed, lambda: scope._control.call(scope._session.poll), scope.simulator, watch, line.bad.happened
-        )
+        campaign.add(seed, lambda: scope._control.call(scope._session.poll), watch, line.bad.happened)
 
 
 def disturbed(scope, target, when, interfere, rng):

@@ -18,13 +18,14 @@ RUNS = 1000 if FULL else 20
 FIRST = int(os.environ.get("CLOCKDRIVE_SEED", "0"))
 
 
-def night(seed, rate, *, encoders=20000, interfere=lambda _bench, _rng: None):
+def night(seed, rate, *, encoders=20000, both=True, interfere=lambda _bench, _rng: None):
     """Two slews and tracking on a bad line; returns the bench, its watch, what was said at the end."""
     rng = random.Random(seed)  # noqa: S311 - nothing secret
     lines = []
 
     def line(device):
-        lines.append(Mutilating(FaultyDevice(device, by_chance(seed, rate), seed), seed, 0.0))
+        answers = FaultyDevice(device, by_chance(seed, rate), seed) if encoders else device  # blind, it begins clean
+        lines.append(Mutilating(answers, seed, 0.0))
         return lines[0]
 
     settings = replace(SETTINGS, longest_s=LONGEST_S, encoder_counts_per_turn=encoders)
@@ -32,6 +33,8 @@ def night(seed, rate, *, encoders=20000, interfere=lambda _bench, _rng: None):
     connect(bench)
     watch = Watch(bench.box, bench.drive)
     lines[0].rate = rate
+    if both and not encoders:
+        lines[0].device = FaultyDevice(bench.box, by_chance(seed, rate), seed)
     for _ in range(2):
         try:
             here = bench.read()
@@ -92,7 +95,19 @@ def test_a_mutilated_command_moves_no_farther_than_one_bounded_move_and_the_posi
     campaign = Campaign()
     for seed in range(FIRST, FIRST + RUNS):
         bench, watch, happened = night(seed, 0.05, **({} if interfere is None else {"interfere": interfere}))
-        campaign.add(seed, bench.read, bench.box, watch, happened)
+        campaign.add(seed, bench.read, watch, happened)
     print(f"\n{RUNS} runs, {campaign}")
     assert not campaign.longer
+    assert not campaign.wrong
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize(("rate", "both"), [(0.05, True), (0.01, False)])
+def test_without_encoders_every_reading_is_within_what_is_stated_or_unsynchronised(rate, both):
+    campaign = Campaign()
+    for seed in range(FIRST, FIRST + RUNS):
+        bench, watch, happened = night(seed, rate, encoders=0, both=both)
+        campaign.add(seed, bench.read, watch, happened)
+    print(f"\n{RUNS} runs, {campaign}")
     assert not campaign.wrong

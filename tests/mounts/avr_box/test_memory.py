@@ -19,10 +19,12 @@ from mounts.avr_box.memory import (
 KEPT = Kept(
     "",
     1_800_000_000.25,
-    (KeptAxis(1.5, 2.0, (KeptMove(700, -1, 1_799_999_999.0),), -12.25), KeptAxis(-3.0, 0.5)),
+    (KeptAxis(1.5, 2.0, (KeptMove(700, -1, 1_799_999_999.0),), -12.25, 2e4), KeptAxis(-3.0, 0.5)),
     crystal=1.00002,
     crystal_uncertainty=3e-6,
     resting=True,
+    doubted=1_799_999_998.0,
+    proved=True,
     meaning="gears",
 )
 
@@ -73,10 +75,12 @@ def broken():
                 "crystal_uncertainty": other is None,
                 "resting": True,
                 "sending": True,
+                "doubted": other is None,
+                "proved": True,
             }
             if not legal.get(key, False):
                 yield whole | {key: other}
-    for key in ("counts", "uncertainty", "moves", "encoder_zero"):
+    for key in ("counts", "uncertainty", "moves", "encoder_zero", "unproved_steps"):
         yield whole | {"axes": [{k: v for k, v in whole["axes"][0].items() if k != key}, whole["axes"][1]]}
     yield whole | {"axes": whole["axes"][:1]}
 
@@ -87,7 +91,7 @@ def test_what_is_broken_anywhere_is_unreadable_and_never_a_place():
         found = Kept.of(memory, "gears")
         assert found == Kept(unsynchronised=UNREADABLE, meaning="gears"), memory
     print(f"\n{len(cases)} broken memories are unreadable")
-    assert len(cases) == 50
+    assert len(cases) == 59
 
 
 def test_a_telescope_left_at_park_rests_there_without_a_doubt():
