@@ -258,7 +258,7 @@ class AwrDrive:
         if self.supervision.was_reset:
             self._began_anew()
         if (self.supervision.unsynchronised or self.supervision.stopped) and (
-            self._aims is not None or self.keys.busy
+            self._aims is not None or self._jog is not None or self.keys.busy
         ):
             self._give_up()
         if self._drives.in_doubt and not self.keys.busy:
