@@ -36,7 +36,7 @@ from transports.errors import NoAnswer
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 SLEWS = 500 if FULL else 2
 MOMENT_S = 1e-4
-EARLY_S = 0.05  # by which axis 2 lands sooner where the last pieces of both are due at once
+EARLY_S = 0.02  # by which axis 2 lands sooner where the last pieces of both are due at once
 
 
 def test_a_box_new_at_its_park_position_is_synchronised_and_said_to_track():
@@ -79,7 +79,7 @@ def test_a_slew_lands_within_a_microstep_at_the_time_that_was_predicted(ways, pp
 
 
 def landed(settings, ppm, rng):
-    """One slew of a box whose crystal is known: microsteps off at the predicted moment, seconds that its motors are late."""
+    """One slew of a box whose crystal is known: microsteps off when predicted, seconds that its motors are late."""
     unit = like(
         slew_table=settings.slew_table,
         move_count=settings.move_count,
