@@ -16,6 +16,8 @@ from clockdrive.configuration_keys import (
     tc410_fastest_deg_s,
 )
 from clockdrive.gear_teeth import GearTeeth
+from mounts.avr_box.settings import SIDEREAL_DAY_S
+from mounts.avr_box.timers import tracking_rate
 from mounts.tc410 import motors
 
 _PORT = re.compile(r"tcp://(?:\[[0-9A-Fa-f:.]+\]|[^\s/:@?#\[\]]+):(?P<port>\d{1,5})")
@@ -23,6 +25,8 @@ _LINKS = re.compile(rf"sim:|(?:{_PORT.pattern})|(?:serial://[^\s?]+|COM\d+)(?:\?
 _SOURCES = re.compile(r"(?:file|command|alpaca):\S.*", re.DOTALL)
 _RATIO = re.compile(r"\s*(\d{1,6})\s*(?:/\s*(\d{1,6})\s*)?", re.ASCII)
 _FASTEST_DEG_S = 100.0  # no telescope's axis; inverted gears give thousands
+_COARSEST_ARCSEC = 2.0  # of a microstep of a box that a telescope can be held by; its own gears make 0.1
+_OFF_SIDEREAL = 2.0  # times the rate that the divisor of a box can make with no gears that are as its manual has them
 _FLAGS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -157,6 +161,9 @@ def contradictions(facts: Facts) -> Iterator[Finding]:
         yield from _lines(facts)
     if facts["drive.kind"] == "awr":
         yield from _factory(facts)
+    if facts["drive.kind"] == "avr-box":
+        for section in ("axis1", "axis2"):
+            yield from _avr_gears(facts, section)
     if facts["drive.kind"] == "tc410":
         yield from _fan(facts)
         for section in ("axis1", "axis2"):
@@ -206,6 +213,30 @@ def _factory(facts: Facts) -> Iterator[Finding]:
         if facts.get(dotted) is None:
             text = f"{dotted} is missing, and there is no default: the {what}; ask AWR for it with the serial number"
             yield (dotted,), text
+
+
+def _avr_gears(facts: Facts, axis: str) -> Iterator[Finding]:
+    """Gears that slow the axis, and by which axis 1 tracks about as the sky does, as its divisor is fixed."""
+    names = tuple(f"{axis}.{name}" for name in ("motor_steps", "microsteps", "main_gear", "secondary_gear"))
+    steps, microsteps, main, secondary = (facts[name] for name in names)
+    if not (isinstance(main, GearTeeth) and isinstance(secondary, GearTeeth)):
+        raise TypeError(names)
+    turn = _float(facts, names[0]) * _float(facts, names[1]) / float(main * secondary)
+    given = f"{axis}.main_gear = {main}, secondary_gear = {secondary}, {steps} steps of {microsteps} microsteps"
+    if 1_296_000.0 / turn > _COARSEST_ARCSEC:
+        text = (
+            f"{given}: a microstep would be {1_296_000.0 / turn:.4g}″ of the axis, allowed up to "
+            f'{_COARSEST_ARCSEC:g}″; a gear that slows the axis is less than 1, as "1/360"'
+        )
+        yield names, text
+        return
+    of_sidereal = tracking_rate() / turn * SIDEREAL_DAY_S
+    if axis == "axis1" and not 1.0 / _OFF_SIDEREAL <= of_sidereal <= _OFF_SIDEREAL:
+        text = (
+            f"{given}: the box would track at {of_sidereal:.4g} times the sidereal rate, allowed "
+            f"{1.0 / _OFF_SIDEREAL:g} to {_OFF_SIDEREAL:g}; compare the gears with the mount's"
+        )
+        yield names, text
 
 
 def _fan(facts: Facts) -> Iterator[Finding]:

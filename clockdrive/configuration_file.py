@@ -32,7 +32,8 @@ _SITES: dict[str, dict[str, object]] = {"apo": _APACHE_POINT, "sdss": _APACHE_PO
 """Where a kind of drives stands that has one place only."""
 _HEAD = """\
 # Clockdrive: configuration of a telescope with the drive {drive}.
-# A line that begins with # is the default; take the # away to change it. `clockdrive config check` checks the file.
+# A line that begins with # is the default, or an example where it says so; take the # away to change it.
+# `clockdrive config check` checks the file.
 """
 _UNIT = "# [unit] marks what a TC410 keeps in its own registers: left out here, it is read from there.\n"
 
@@ -77,8 +78,9 @@ def _line(key: Key, value: Value, *, active: bool) -> str:
     # An optional key without a value shows an example; it would mean something if it were taken as it stands.
     shown = value if value is not None else (key.example or _raw_default(key))
     setting = f"{'' if active and value is not None else '# '}{key.name} = {toml(shown)}"
+    example = "" if value is not None else f"; an example, the default is {_default_words(key)}"
     mark = " [unit]" if key.in_unit and "tc410" in key.drives else ""
-    return f"{setting:<40}  # {key.meaning}: {key.allowed}{mark}\n"
+    return f"{setting:<40}  # {key.meaning}: {key.allowed}{example}{mark}\n"
 
 
 def _raw_default(key: Key) -> Value:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from clockdrive.control import Steps
 from clockdrive.errors import ArgumentError, Refused
+from clockdrive.reporting import ReportFailed, tell
 from clockdrive.safety import rests_at
 from clockdrive.session import Session
 from clockdrive.slewing import Progress, Report
@@ -69,6 +70,9 @@ class DirectSpeed:
             session.drive.stop(session.clock.now())
         except (GeneratorExit, Refused):
             raise  # whoever ended it, or refused to go on, stops the telescope
+        except ReportFailed as failed:
+            session.stop_and_fail(str(failed))
+            raise failed.error from None
         except BaseException as error:
             session.stop_and_fail(str(error) or repr(error))
             raise
@@ -120,7 +124,7 @@ class DirectSpeed:
             if reading is None:
                 session.halt("the drive does not answer during direct speed control; it was stopped. Check the link")
             self._look_ahead(reading, speeds)
-            report(Progress("direct speed", max(0.0, end - reading.time), end - began, reading.counts))
+            tell(report, Progress("direct speed", max(0.0, end - reading.time), end - began, reading.counts))
 
     def _look_ahead(self, reading: Reading, speeds: tuple[float, float]) -> None:
         """Stop while the telescope, on its way to these speeds, can still come to rest where it may stand."""

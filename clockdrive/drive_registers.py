@@ -11,7 +11,7 @@ from clockdrive.configuration import Configuration
 from clockdrive.control import Control
 from clockdrive.drives.apo.by_hand import SETS_CLOCKS, ByHand, clocks_answer, differing, given_by_hand, told
 from clockdrive.drives.avr_box.by_hand import NAMES as PEC
-from clockdrive.drives.avr_box.by_hand import HasPec, pec_set
+from clockdrive.drives.avr_box.by_hand import HasPec, encoders_answer, pec_set
 from clockdrive.drives.awr.by_hand import HasWords, pressed, relay_of, relay_set, word_set
 from clockdrive.drives.awr.by_hand import differing as differing_words
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _AT_REST = frozenset({"idle", "parked"})
 _NOT_SAVED = "not saved: `drive save` keeps it over a power-cycle"
 _CONFIRM = "all registers are loaded anew and the position is unsynchronised until `sync`: confirm it with --yes"
+_CONFIRM_DISCARD = "what was written in RAM and not committed is lost: confirm it with --yes"
 
 Call = Callable[[dict[str, Any], object], object]
 T = TypeVar("T")
@@ -234,6 +235,8 @@ class DriveRegisters:
         """
         drive = self._session.drive
         if isinstance(drive, HasWords):
+            if not confirmed:
+                raise InputError(_CONFIRM_DISCARD)
             return self._control.call(lambda: self._discarded(drive))
         return self._act("load_configuration", "the saved configuration is loaded", confirmed=confirmed)
 
@@ -250,8 +253,17 @@ class DriveRegisters:
         return Answer({"ok": True, "note": done})
 
     def encoders(self) -> Answer:
-        """Return what the absolute encoders read, and where they say the axes are."""
-        if not isinstance(self._session.drive, HasRegisters):
+        """Return what the encoders read, and where they say the axes are.
+
+        Raises
+        ------
+        Refused, TransportError
+            This drive has none; they do not answer.
+        """
+        drive = self._session.drive
+        if isinstance(drive, HasPec):
+            return self._control.call(lambda: encoders_answer(drive, self._session.planner))
+        if not isinstance(drive, HasRegisters):
             raise Refused(f"there are no absolute encoders to read: {self._without_registers}")
         return self._control.call(lambda: Answer({"ok": True, "encoders": [self._encoder(axis) for axis in (1, 2)]}))
 
@@ -279,11 +291,12 @@ class DriveRegisters:
         }
 
     def _act(self, action: str, done: str, *, confirmed: bool = True) -> Answer:
+        upkeep = self._drive.upkeep
         if not confirmed:
             raise InputError(_CONFIRM)
 
         def work() -> Answer:
-            self._changing(lambda: self._drive.upkeep.act(action))
+            self._changing(lambda: upkeep.act(action))
             self._session.note("drive", done)
             return Answer({"ok": True, "note": done})
 

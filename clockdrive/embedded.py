@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from transports.memory import Device
 
 _PERIOD_S = 1.0
+_INHERITED = (
+    "the simulator goes on as it was left {:.0f} s ago; give `state.path` another folder for a new one, or "
+    "remove what this one holds"
+)
 
 
 class Embedded:
@@ -46,6 +50,8 @@ class Embedded:
         if kept is not None and kept[1] > now and "t0" in kept[0]:  # set back since: its own time goes on from now
             kept[0]["t0"] = float(str(kept[0]["t0"])) - (kept[1] - now)
         self.new = kept is None
+        self.inherited = "" if kept is None else _INHERITED.format(max(0.0, now - kept[1]))
+        """What must be said of one that goes on as it was left; empty for a new one."""
         self.device = kind_of(configuration).simulated(configuration, now, None if kept is None else kept[0])
 
     @property

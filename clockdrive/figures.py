@@ -50,8 +50,10 @@ def register(axis: Axis, rate: float) -> dict[str, Any]:
     if axis.units == "counts":
         return {"velocity_register": velocity_register(counts)}
     if axis.trims is not None:
-        return _trimmed(axis.trims, counts)
-    return {"single_step_every_s": round(1.0 / abs(counts), 4)} if axis.units == "microsteps" and counts else {}
+        return _trimmed(axis.trims, counts) | _lagging(axis, rate)
+    if axis.units != "microsteps" or not counts:
+        return {}
+    return {"single_step_every_s": round(1.0 / abs(counts), 4)} | _lagging(axis, rate)
 
 
 def _pressed(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
@@ -72,6 +74,15 @@ def _pressed(axis: Axis, plan: AxisPlan) -> dict[str, Any]:
         ],
         "uncertainty_arcsec": round(TWO_SIDED_95 * unknown * arcsec, 2),
     }
+
+
+def _lagging(axis: Axis, rate: float) -> dict[str, Any]:
+    """How far it is off its way by what short moves make of a rate; None where they do not hold it to that."""
+    if axis.short_moves is None or not rate:
+        return {}
+    beside, moves = axis.beside(rate), axis.short_moves
+    held = beside <= moves.most
+    return {"lag_arcsec": round(math.degrees(beside * moves.lag_s) * 3600.0, 2) if held else None}
 
 
 def _trimmed(trims: Trims, counts_s: float) -> dict[str, Any]:

@@ -8,6 +8,8 @@ from mounts.drive import Reading
 from pointing.limits import Check
 from pointing.planner import Planner
 
+UNSTOPPED = "nothing switches its tracking off"
+NOWHERE = f"{UNSTOPPED}, and nobody knows how far a limit is: its power switch stops it"
 _SPAN_S = 86_400.0
 _STEP_S = 300.0
 _CLOSE_S = 1.0
@@ -54,11 +56,11 @@ class LeftAlone:
     def said(self, now: float) -> str:
         """As people read it."""
         if self.limit is None or self.check is None:
-            return "nothing switches its tracking off; left alone it meets no limit within a day"
+            return f"{UNSTOPPED}; left alone it meets no limit within a day"
         if self.limit <= now:
-            return f"nothing switches its tracking off, and it stands beyond a limit: {self.check.detail}"
+            return f"{UNSTOPPED}, and it stands beyond a limit: {self.check.detail}"
         return (
-            "nothing switches its tracking off: left alone, without this program, it is at a limit "
+            f"{UNSTOPPED}: left alone, without this program, it is at a limit "
             f"({self.check.name}) in {_time(self.limit - now)}; its power switch stops it"
         )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from clockdrive.control import Steps
 from clockdrive.errors import ArgumentError, Refused
 from clockdrive.pursuit import Pursuit
+from clockdrive.reporting import ReportFailed, tell
 from clockdrive.session import MOVING, Session
 from clockdrive.state import Activity
 from clockdrive.waiting import Waiting
@@ -314,7 +315,7 @@ class Slewing:
             while (left := due - session.clock.now()) > 0.0:
                 reading = session.poll()
                 if reading is not None:
-                    report(Progress(target.name, left, due - waiting.since, reading.counts, waiting))
+                    tell(report, Progress(target.name, left, due - waiting.since, reading.counts, waiting))
                 yield min(left, _WAITING_PERIOD_S)
 
     def _lead(self, target: Target, plan: Plan, report: Report) -> Steps[Pursuit]:
@@ -329,7 +330,7 @@ class Slewing:
                 if reading is None:
                     self._give_up_on_silence()
                 else:
-                    report(_progress(plan, reading))
+                    tell(report, _progress(plan, reading))
                 due = min(began + session.follow(), plan.arrival)
                 yield max(0.0, due - session.clock.now())
             session.poll()
@@ -398,6 +399,9 @@ class Slewing:
             yield
         except (GeneratorExit, Refused):
             raise  # whoever ended it, or refused to go on, stops the telescope
+        except ReportFailed as failed:
+            self._session.stop_and_fail(str(failed))
+            raise failed.error from None
         except BaseException as error:
             self._session.stop_and_fail(str(error) or repr(error))
             raise
@@ -413,7 +417,7 @@ class Slewing:
             if reading is None:
                 self._give_up_on_silence()
                 continue
-            report(_progress(plan, reading))
+            tell(report, _progress(plan, reading))
             if not any(axis.slewing for axis in reading.axes) and reading.time >= until:
                 return
             session.follow()

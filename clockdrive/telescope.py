@@ -7,6 +7,7 @@
 import math
 import queue
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
@@ -36,6 +37,7 @@ from clockdrive.drives import kind_of
 from clockdrive.embedded import Embedded
 from clockdrive.errors import ArgumentError, finite
 from clockdrive.guiding import Guiding
+from clockdrive.left_alone import NOWHERE
 from clockdrive.mount_registers import NAMES, MountRegisters
 from clockdrive.owner import Ownership
 from clockdrive.pass_search import searched, wanted_of
@@ -56,6 +58,7 @@ from clockdrive.session import Session
 from clockdrive.slewing import Arrival, Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
+from mounts.errors import StillMoving
 from pointing.errors import Unreachable
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
@@ -180,7 +183,11 @@ class Telescope:
         clock: "Clock | None" = None,
         line: "Callable[[Device], Device] | None" = None,
     ) -> Self:
-        """Open an embedded simulator; `overrides` are configuration values by dotted name."""
+        """Open an embedded simulator; `overrides` are configuration values by dotted name.
+
+        It goes on as it was left, parked or unsynchronised, by the last who opened one of this kind, and says so; one
+        with `state.path` of its own in `overrides` begins anew.
+        """
         configuration = load(None, overrides={"drive.kind": kind, "drive.link": "sim:", **(overrides or {})})
         return cls(configuration, clock, line=line)
 
@@ -274,9 +281,9 @@ class Telescope:
         plan = self._perform(self._slewing.park(self._configured("park_deg"), progress))
         return self._answered(plan)
 
-    def unpark(self) -> None:
-        """Allow motion again."""
-        self._control.call(self._session.unpark)
+    def unpark(self) -> bool:
+        """Allow motion again; return whether it was parked."""
+        return self._control.call(self._session.unpark)
 
     def home(self, progress: Report = nobody) -> PlanAnswer:
         """Go to the centre of both axes and stay there."""
@@ -327,7 +334,13 @@ class Telescope:
         return Answer({"ok": True, "seconds": moved.seconds, **shown})
 
     def stop(self) -> None:
-        """Stop everything at once, tracking included; jumps the queue."""
+        """Stop everything at once, tracking included; jumps the queue.
+
+        Raises
+        ------
+        StillMoving
+            A drive without a stop sends nothing more, and ends by itself what is under way: when, the text says.
+        """
 
         def stop() -> None:
             self._automatic.cancel()
@@ -784,7 +797,9 @@ class Telescope:
     def left_alone(self) -> str:
         """What comes of a drive that tracks whatever it is told, without this program; empty for one that stops."""
         left = self._control.call(lambda: self._session.left_alone)
-        return "" if left is None else left.said(self.clock.now())
+        if left is not None:
+            return left.said(self.clock.now())
+        return "" if self._session.drive.capabilities.can_stop else NOWHERE
 
     # Leaving ---------------------------------------------------------------------------------------------------
 
@@ -835,6 +850,8 @@ class Telescope:
             self._model.take_up()
             self._registers = MountRegisters(session, self.configuration, self._reconfigured)
             session.open(make_safe=self.ownership.previous_owner_died)
+            if self._embedded is not None and self._embedded.inherited:
+                session.note("simulator", f"{self._embedded.inherited}: {configuration.state_directory}")
         except BaseException:
             self._store.close()
             raise
@@ -881,7 +898,8 @@ class Telescope:
         try:
             return self._control.perform(steps)
         except KeyboardInterrupt:
-            self.stop()
+            with suppress(StillMoving):  # an event says so
+                self.stop()
             raise
 
     def _configured(self, name: str) -> tuple[float, float]:

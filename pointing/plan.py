@@ -52,6 +52,13 @@ class Trims(NamedTuple):
         return round(self.duty(counts_s) * self.every_s / self.tick_s)
 
 
+class ShortMoves(NamedTuple):
+    """What an axis can be held to by moves that end by themselves, beside its own rate as trimmed."""
+
+    most: float  # radians per second
+    lag_s: float  # for which it is off its way at most, of what they make a second
+
+
 @dataclass(frozen=True)
 class Axis:
     """One axis: its gearing, the travel it is allowed, radians, and what its drive counts in."""
@@ -64,6 +71,8 @@ class Axis:
     fastest: float = math.inf  # radians per second at which its drive can follow; what is led has limits of its own
     trims: Trims | None = None
     """How its tracking can be trimmed; None for a free rate."""
+    short_moves: ShortMoves | None = None
+    """What beside that is made by short moves; None for a free rate."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):
@@ -73,6 +82,12 @@ class Axis:
         """The counts nearest to an angle, radians, to which the drive can be sent."""
         counts = self.gearing.counts(angle)
         return counts if self.units == "degrees" else round(counts)
+
+    def beside(self, rate: float) -> float:
+        """What short moves must make of a rate, radians per second, beside its own as trimmed; never negative."""
+        per_radian = self.gearing.counts_per_radian
+        trimmed = 0.0 if self.trims is None else self.trims.reached(rate * per_radian) / per_radian
+        return abs(rate - trimmed)
 
     @property
     def settled(self) -> float:

@@ -238,7 +238,8 @@ def _happening(kind: str, i: int, start: float, witness: FaultWitness, chance: r
     def turn_back(seconds: float) -> None:
         if seconds in witness.turned.get(i, ()):  # and nobody has set it right meanwhile
             turn(-seconds)
-            witness.turned[i] = [each for each in witness.turned[i] if abs(each) != abs(seconds)]
+            for each in (seconds, -seconds):
+                witness.turned[i].remove(each)
 
     def set_right() -> None:
         axis.clock.set(start, axis.settings.clock_offset_s)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from clockdrive.configuration import Configuration, load
 from clockdrive.errors import ClockdriveError, OwnedElsewhere
+from clockdrive.left_alone import UNSTOPPED
 from clockdrive.owner import attach, unanswered
 from mounts.errors import DriveError
 from transports.errors import TransportError
@@ -67,11 +68,18 @@ class Owning:
         telescope.ownership.serve(self._service)
         self.leaves_tracking = False
         self.tracks_alone = telescope.tracks_alone
+        self.answer: dict[str, Any] = {}
+        """To the last call."""
 
     def call(self, name: str, on_event: OnEvent | None = None, **args: object) -> dict[str, Any]:
         """Do it here; an interruption of what moves the telescope stops it."""
         result = self._service(name, args, on_event or (lambda event: None))  # noqa: ARG005 - nobody listens
-        return dict(result) if isinstance(result, Mapping) else {}
+        self.answer = dict(result) if isinstance(result, Mapping) else {}
+        return self.answer
+
+    def has_said(self, beginning: str) -> bool:
+        """Whether a note of the last answer began so."""
+        return any(str(note).startswith(beginning) for note in self.answer.get("notes", ()))
 
 
 def configuration_of(
@@ -135,7 +143,8 @@ def backend(
     left = telescope.left_alone() or "the drive goes on tracking by itself, bounded by its own soft limits"
     wanted = owning.leaves_tracking and telescope.is_tracking
     if telescope.close(keep_tracking=owning.leaves_tracking):
-        print(f"clockdrive: {left}", file=sys.stderr)
+        if not owning.has_said(UNSTOPPED):
+            print(f"clockdrive: {left}", file=sys.stderr)
     elif wanted:
         print("clockdrive: the telescope was stopped", file=sys.stderr)
 
@@ -146,7 +155,8 @@ def interruption_stops(telescope: Backend) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        telescope.call("stop")
+        if note := telescope.call("stop").get("note"):
+            print(f"clockdrive: {note}", file=sys.stderr)
         raise
 
 

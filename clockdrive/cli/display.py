@@ -27,7 +27,9 @@ def progress_bar(*, quiet: bool) -> Iterator[OnEvent]:
 
 
 def _going(event: Mapping[str, Any]) -> str:
-    return f"waiting {event['waiting']}" if event.get("waiting") else f"slewing to {event['target']}"
+    if event.get("waiting"):
+        return f"waiting {event['waiting']}"
+    return str(event["target"]) if str(event["target"]).startswith("jog of ") else f"slewing to {event['target']}"
 
 
 def _slew_line(event: Mapping[str, Any]) -> str:
@@ -257,19 +259,36 @@ def _moves(axis: Mapping[str, Any]) -> str:
     if "moves" not in axis:
         return ""
     longest, cost = axis["longest_move_s"], axis["moves_cost_s"]
+    if not axis["moves"]:
+        return " without a move"
+    if axis["moves"] == 1:
+        return " in one move"
     return f" in {axis['moves']} moves of up to {longest:.1f} s, which takes {cost:.1f} s longer than one"
 
 
 def _register(axis: Mapping[str, Any]) -> str:
+    if "guide_duty" in axis and not axis["rate_deg_s"]:
+        return ", held against its own tracking by short moves"
     if "guide_duty" in axis:
         moves = axis["short_moves_counts_s"]
         beside = f" and short moves of {moves:+.1f} counts/s" if moves else ""
         command, ticks, every = axis["guide_command"], axis["guide_ticks"], axis["guide_every_s"]
         by = f" (`{command}` of {ticks} ticks every {every:g} s)" if command else ""
-        return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}"
+        return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}{_lag(axis)}"
     if "single_step_every_s" in axis:
-        return f", a microstep every {axis['single_step_every_s']:.2f} s"
+        return f", a microstep every {axis['single_step_every_s']:.2f} s{_lag(axis)}"
     return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
+
+
+def _lag(axis: Mapping[str, Any]) -> str:
+    """How far it is off by short moves, where that is seen."""
+    lag = axis.get("lag_arcsec", 0.0)
+    if lag is None:
+        return ", which is more than it can be held to"
+    return f", up to {lag:.1f}″ off" if lag >= _SEEN_ARCSEC else ""
+
+
+_SEEN_ARCSEC = 0.5
 
 
 def _pass_lines(found: Mapping[str, Any] | None) -> list[str]:

@@ -9,7 +9,6 @@ from typing import Any
 from clockdrive.axis_names import WORDS as AXIS_WORDS
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
-from clockdrive.errors import InputError
 
 Adder = Callable[[str, str], argparse.ArgumentParser]
 _NAME = "a register's name as `drive show` has it; without its axis it means both"
@@ -44,7 +43,7 @@ def add_drive(add: Adder) -> None:
     ).add_argument("--yes", action="store_true", help="confirm it")
     pec = action("pec", "make the PEC table of a stepper box from a file of bins and arcseconds; no drive is asked")
     pec.add_argument("file", metavar="FILE", help="a bin and by how much the telescope was ahead there, a line")
-    pec.add_argument("--harmonics", type=int, default=4, metavar="N", help="of the worm, to be fitted")
+    pec.add_argument("--harmonics", type=int, default=4, metavar="N", help="of the worm, to be fitted, 1 to 50")
     pec.add_argument("--assembler", action="store_true", help="write it for the assembler instead of C")
     pec.add_argument("--picture", metavar="FILE", help="draw what was measured and fitted")
     action("save", "have the unit keep its registers over a power-cycle")
@@ -54,7 +53,7 @@ def add_drive(add: Adder) -> None:
         )
     power = action("power", "power the motors, or send the drive to standby")
     power.add_argument("state", choices=("on", "standby"))
-    action("encoders", "what the absolute encoders read, and where they say the axes are")
+    action("encoders", "what the encoders read, and where they say the axes are; tc410 and avr-box")
     speed = action("speed", "move both axes at speeds for a time, beside a dead-man process")
     for axis in (1, 2):
         speed.add_argument(f"deg_s_{axis}", type=float, metavar=f"D{axis}", help=f"axis {axis}, degrees a second")
@@ -122,14 +121,14 @@ def _speed(telescope: Backend, args: argparse.Namespace) -> dict[str, Any]:
 _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
     "diff": lambda telescope, _: telescope.call("drive_diff"),
     "encoders": lambda telescope, _: telescope.call("drive_encoders"),
-    "factory": lambda telescope, args: _confirmed(telescope, "drive_factory", args),
+    "factory": lambda telescope, args: telescope.call("drive_factory", confirmed=args.yes),
     "power": _power,
     "pull": _pull,
     "push": lambda telescope, args: telescope.call("drive_push", keys=list(args.keys)),
     "raw": lambda telescope, args: telescope.call(
         "drive_raw", axis=args.axis, command=" ".join(args.words), confirmed=args.yes
     ),
-    "reload": lambda telescope, args: _confirmed(telescope, "drive_reload", args),
+    "reload": lambda telescope, args: telescope.call("drive_reload", confirmed=args.yes),
     "save": lambda telescope, _: telescope.call("drive_save"),
     "set": lambda telescope, args: telescope.call(
         "drive_set", register=args.name, value=args.value, force=args.force
@@ -140,21 +139,12 @@ _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
 }
 
 
-def _confirmed(telescope: Backend, call: str, args: argparse.Namespace) -> dict[str, Any]:
-    if not args.yes:
-        raise InputError(
-            f"`drive {args.action}` changes all registers and leaves the position unsynchronised until `sync`: "
-            "confirm it with --yes"
-        )
-    return telescope.call(call, confirmed=True)
-
-
 def _registers_text(found: Mapping[str, Any]) -> str:
     groups: dict[str, list[str]] = {}
     for name, row in found["registers"].items():
         raw = " ".join(f"0x{word:04X}" for word in row["raw"])
         groups.setdefault(row["group"], []).append(f"  {name:32} {row['text']:44} {raw}")
-    return "\n".join("\n".join((group, *rows)) for group, rows in groups.items())
+    return "\n".join("\n".join((*filter(None, [group]), *rows)) for group, rows in groups.items())
 
 
 def _set_text(found: Mapping[str, Any]) -> str:
@@ -191,6 +181,20 @@ def _encoders_text(found: Mapping[str, Any]) -> str:
 
 
 def _encoder_text(row: Mapping[str, Any]) -> str:
+    return _absolute_text(row) if "gray" in row else _incremental_text(row)
+
+
+def _incremental_text(row: Mapping[str, Any]) -> str:
+    text = f"axis {row['axis']}: {row['reading']} since the box was switched on, {row['step_arcsec']:.1f}″ each"
+    if row["counts"] is None:
+        return f"{text}; not tied to the axis: `sync` does it"
+    return (
+        f"{text}; position {row['counts']:.0f} ±{row['uncertainty_arcsec']:.0f}″, "
+        f"{row['off_arcsec']:+.0f}″ from where it is reckoned to be"
+    )
+
+
+def _absolute_text(row: Mapping[str, Any]) -> str:
     seen = "detected" if row["detected"] else "not detected"
     text = f"axis {row['axis']}: {seen}, 0x{row['gray']:04X} Gray, {row['binary']} binary, {row['angle_deg']:.4f}°"
     if not row["bits"]:

@@ -31,6 +31,10 @@ _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
 
 
+STANDS_DEG_S = 1e-4
+"""Below which an axis stands."""
+
+
 @dataclass(frozen=True)
 class Sight:
     """An axis at one moment: degrees, degrees per second, POSIX seconds."""
@@ -76,6 +80,8 @@ class ControlledAxis:
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
+        self.led = False
+        """Whether it was given somewhere to go since it was last seen at rest."""
         self.answered = 0.0
         """POSIX seconds of the last answer to a node."""
         self._waiting: deque[PathNode] = deque()  # for room in the buffer
@@ -114,6 +120,8 @@ class ControlledAxis:
         unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self.confirming.off_deg
         self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
+        if abs(rate) < STANDS_DEG_S and not self.word.restarted and self.queue.rests_from(posix):
+            self.led = False
         return self.sight
 
     def _status(self) -> Timed[Status]:
@@ -201,6 +209,7 @@ class ControlledAxis:
             raise DriveRefused(f"{error}, and drive.max_nodes") from error
         self._learn_delay(answer.received - answer.asked - self.controller.line_time(what))
         self._timed_by, self.answered = clock, answer.received
+        self.led = self.led or node.velocity != 0.0
         self.queue.append(node)
 
     def send_path(self, nodes: Sequence[PathNode], most: int) -> None:
@@ -243,6 +252,7 @@ class ControlledAxis:
 
     def stow(self) -> None:
         """Let the controller drive the axis to its stow position, which it alone knows."""
+        self.led = True
         self.asked(lambda: self.controller.tell("P"))
         self._forget_path()
 

@@ -21,6 +21,7 @@ _FEW, _CERTAIN = 5, 4.0  # answers, and standard deviations, below which a gain 
 _CHANCE = 3.0  # standard deviations of the mean, within which it says nothing
 _ROUNDING_S = 1e-6  # of POSIX times in floats
 _RAMP_S = 1.2 * _PRINTED_S  # more than the rounding of one sweep through a millisecond looks like a gain
+_KEEPS = 0.5  # of that, above which a gain that is known remains so, lest it comes and goes
 _QUICK = 1.5  # times the quickest round trip
 _STEP_S = 0.005  # beyond the bounds, by which a clock was set and has not drifted
 
@@ -117,7 +118,9 @@ class ClockOffset:
             gain = sum([(when - time) * (each - middle) for when, each in zip(times, middles, strict=True)]) / spread
             left = [each - middle - gain * (when - time) for when, each in zip(times, middles, strict=True)]
             unsure = sum([each**2 for each in left]) / (count - 2) / spread
-            gain *= gain**2 > _CERTAIN**2 * unsure and abs(gain * times[0]) > _RAMP_S
+            gain *= gain**2 > _CERTAIN**2 * unsure and abs(gain * times[0]) > _RAMP_S * (
+                _KEEPS if self._gain else 1.0
+            )
         self.value, self._gain = (0.0, 0.0) if self._right(middles, middle) else (middle - gain * time, gain)
         self.uncertainty_s = max([abs(sight.middle - self.value) + sight.half for sight in quick])
 

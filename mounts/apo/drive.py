@@ -9,8 +9,8 @@ Positions are the controllers' degrees; they keep them without the host. What wa
 position that jumped while nobody looked is called unsynchronised.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from mounts.apo import supervision
@@ -23,6 +23,7 @@ from mounts.apo.connecting import Setting, identified, settings_notes, settings_
 from mounts.apo.declaring import at_slow_speed, declare
 from mounts.apo.exchanged import exchanged
 from mounts.apo.following import Follower
+from mounts.apo.halting import Halting
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.stowing import Stowing
@@ -30,12 +31,11 @@ from mounts.apo.trust import Trust
 from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveError, DriveRefused, Unsynchronised, WrongProtocol
+from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from pointing.plan import Leading
 from transports.errors import TransportError
 
 _SILENT_S = 4.0  # after which an axis that does not answer halts all others
-_STOPS_IN_S = 2.0  # beyond what the deceleration takes
 
 
 class ApoDrive:
@@ -70,7 +70,7 @@ class ApoDrive:
         self._stowing = Stowing()
         self._watch = Watch(self._group, self._ways, self._stowing, self._trust, settings)
         self._notes: list[str] = []
-        self._halted: float | None = None  # POSIX seconds, while the axes may still move after a MOVE
+        self._halting = Halting(self._group, settings, (self._follower, self._stowing, self._ways))
 
     @property
     def axes(self) -> tuple[ControlledAxis, ...]:
@@ -137,7 +137,7 @@ class ApoDrive:
         if text := exchanged(self._settings.axes, identities, found):
             raise WrongProtocol(text)
         if make_safe:
-            self._halt_all(time)
+            self._halting.all(time)
         self._notes = []
         for i, (axis, told_of) in enumerate(zip(self._axes, found, strict=True)):
             if axis.look().word.restarted:
@@ -161,7 +161,7 @@ class ApoDrive:
             halted.
         """
         sights, doubted = self._group.look(), self._trust.unsynchronised
-        with self._halted_on_failure(time):
+        with self._halting.on_failure(time):
             self._settle(sights)
             if self._group.silent:
                 with suppress(TransportError):
@@ -173,10 +173,10 @@ class ApoDrive:
                 raise (Unsynchronised if lost else DriveRefused)(f"{trouble}; all axes were halted")
         self._require_answers(time)
         reading = self._watch.reading(
-            list(sights.values()), follows=self._follower.active, braking=self._halted is not None
+            list(sights.values()), follows=self._follower.active, braking=self._halting.brakes
         )
         if reading.alarms and self._watch.leads:
-            self._halt_what_answers(time)
+            self._halting.what_answers(time)
         return reading
 
     def _require_answers(self, time: float) -> None:
@@ -187,7 +187,7 @@ class ApoDrive:
         first, lost = silent[min(silent)], self._group.silence_s(time)
         if lost > _SILENT_S and self._watch.leads:
             names = self._group.silent_names
-            self._halt_what_answers(time)
+            self._halting.what_answers(time)
             raise DriveRefused(f"{names}: no answer for {lost:.1f} s; MOVE halted all axes that answer: {first}")
         raise first
 
@@ -195,21 +195,13 @@ class ApoDrive:
         """Go on with what was begun: slews, and stops that come to rest."""
         for i, sight in sights.items():
             self._ways.settle(i, sight)
+            self._group.halt_late(i, sight)
         if not sights:
             return
         latest = max(sight.time for sight in sights.values())
         stand = not self._group.silent and all(abs(sight.velocity) < MOVES for sight in sights.values())
         self._stowing.settle(latest, stand=stand)
-        if self._halted is None:
-            return
-        if stand:
-            self._halted = None
-        elif latest > self._halted + self._stopping_s + _STOPS_IN_S:
-            self._halt_all(latest, abruptly=True)
-
-    @property
-    def _stopping_s(self) -> float:
-        return max(axis.max_speed_deg_s / axis.acceleration_deg_s2 for axis in self._settings.axes)
+        self._halting.settle(latest, stand=stand)
 
     # Moving ----------------------------------------------------------------------------------------------------
 
@@ -227,8 +219,8 @@ class ApoDrive:
         """
         self._require_ready()
         self._follower.end()
-        self._halted = None
-        with self._halted_on_failure(time):
+        self._halting.over()
+        with self._halting.on_failure(time):
             for axis in self._axes[len(axes) :]:
                 axis.halt()
             return min(self._ways.slew(i, slew, time) for i, slew in enumerate(axes))
@@ -244,11 +236,11 @@ class ApoDrive:
             An axis does not answer; what its buffer holds it still follows.
         """
         self._group.require_synchronised()
-        self._halted = None
+        self._halting.over()
         try:
             return self._follower.follow(path, time)
         except DriveRefused:
-            self._halt_what_answers(time)
+            self._halting.what_answers(time)
             raise
         finally:
             self._ways.go_on()
@@ -266,11 +258,11 @@ class ApoDrive:
             return
         if not self._follower.active:
             self._require_ready()
-        self._halted = None
+        self._halting.over()
         try:
             self._follower.keep_moving(rates, time)
         except DriveRefused:
-            self._halt_what_answers(time)
+            self._halting.what_answers(time)
             raise
 
     def stow(self, time: float) -> bool:
@@ -292,8 +284,8 @@ class ApoDrive:
             return False
         self._require_ready()
         self._follower.end()
-        self._halted = None
-        with self._halted_on_failure(time):
+        self._halting.over()
+        with self._halting.on_failure(time):
             self._stowing.begin(self._axes, time)
         return True
 
@@ -308,7 +300,7 @@ class ApoDrive:
         if any(due is not None for due in self._ways.arrivals):
             raise DriveRefused("a slew is under way; `stop`, then sync")
         before = [at_slow_speed(axis, time) for axis in self._axes]
-        self._halt_all(time)
+        self._halting.all(time)
         for axis, wanted, was in zip(self._axes, counts, before, strict=False):
             self._trust.lose("a sync was cut short; `sync` again")
             self._remember(self.memory)
@@ -323,7 +315,7 @@ class ApoDrive:
             raise DriveRefused("a slew is under way; `stop`, then sync")
         axis = self._axes[number]
         was = at_slow_speed(axis, time)
-        self._halt_all(time)
+        self._halting.all(time)
         self._trust.lose_axis(number, f"{axis.name}: a sync was cut short; `sync` again")
         self._remember(self.memory)
         declare(axis, counts - was)
@@ -333,7 +325,7 @@ class ApoDrive:
 
     def stop(self, time: float) -> None:
         """End all motion: MOVE on every axis, and an error only after all were told."""
-        self._halt_all(time)
+        self._halting.all(time)
 
     def power(self, *, on: bool) -> None:
         """Refuse: the controllers have no command for it.
@@ -380,38 +372,16 @@ class ApoDrive:
             These controllers have no command for it; a clock is not right afterwards; an axis does not answer.
         """
         require_settable(self._settings.kind)
-        self._halt_all(time)
+        self._halting.all(time)
         return [set_clock(axis) for axis in self._axes]
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - see `capabilities`
         """Halt all axes, as none holds its rate alone; close the lines."""
         try:
-            self._halt_all(time)
+            self._halting.all(time)
         finally:
             for axis in self._axes:
                 axis.controller.close()
-
-    # Halting ---------------------------------------------------------------------------------------------------
-
-    def _halt_all(self, time: float, *, abruptly: bool = False) -> None:
-        """Tell every axis, and raise the first error only then."""
-        self._follower.end()
-        self._stowing.end()
-        self._ways.end()
-        self._halted = time
-        self._group.halt(abruptly=abruptly)
-
-    def _halt_what_answers(self, time: float) -> None:
-        with suppress(DriveError, TransportError):
-            self._halt_all(time)
-
-    @contextmanager
-    def _halted_on_failure(self, time: float) -> Iterator[None]:
-        try:
-            yield
-        except BaseException:
-            self._halt_what_answers(time)
-            raise
 
     def _require_ready(self) -> None:
         self._stowing.end()

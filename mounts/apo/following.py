@@ -30,6 +30,7 @@ _STRAYS_DEG = 0.05 / 3600.0  # at most, where the lines do not carry the nodes t
 _KNOWN_S = 1e-4  # to which a clock is known
 _SHOWS_DEG = 0.01 / 3600.0  # by which one that is off must have displaced the axis
 _SPARED_DEG = 0.3 / 3600.0  # by which a thousandth of an acceleration displaces a slew in a second
+_CRUISES_S = 3.0
 _ALONG_DEG_S = 1e-3
 _MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
 _MOVING_STEP_S = 1.0
@@ -208,13 +209,15 @@ class Follower:
     def _keep_time(self, i: int, where: Where, time: float) -> None:
         """Displace what was given by a clock that is known better now, where that shows.
 
-        An axis that slews has no acceleration to spare: it can be displaced a little only.
+        An axis that slews has no acceleration to spare, but where it cruises: there it can be displaced a little.
         """
         axis = self._axes[i]
         early, last = axis.early_s, axis.queue.last
         if last is None or abs(early) < _KNOWN_S or abs(early * last.velocity) < _SHOWS_DEG:
             return
-        most = _DISPLACED_DEG if _is_joined(axis.queue.at(time), where(time)) else _SPARED_DEG
+        if not (joined := _is_joined(axis.queue.at(time), where(time))) and not axis.queue.cruises(time, _CRUISES_S):
+            return
+        most = _DISPLACED_DEG if joined else _SPARED_DEG
         if abs(early * last.velocity) <= most:
             self._doubtful[i] = True  # until it is answered
             axis.come_in_time(last.velocity)

@@ -18,6 +18,9 @@ class PathNode:
         return self.position + self.velocity * (time - self.time)
 
 
+_SAME_DEG_S = 1e-5  # by which velocities differ that are meant to be the same
+
+
 class NodeQueue:
     """What is left of an axis's path.
 
@@ -76,6 +79,18 @@ class NodeQueue:
     def ends(self) -> float:
         """POSIX seconds at which the path runs dry; −inf where there is none."""
         return self._nodes[-1].time if self._nodes else -math.inf
+
+    def rests_from(self, time: float) -> bool:
+        """Whether all that is left of it from a time on is at rest."""
+        return not any(node.velocity for node in self.ahead(time))
+
+    def cruises(self, time: float, seconds: float) -> bool:
+        """Whether it goes on without acceleration from a time for so many seconds, or longer."""
+        place = bisect_right(self._times, time)
+        if not 0 < place < len(self._nodes):
+            return False
+        one, two = self._nodes[place - 1 : place + 1]
+        return abs(two.velocity - one.velocity) < _SAME_DEG_S and two.time >= time + seconds
 
     def pending(self, time: float) -> int:
         """How many nodes are still to be passed at `time`."""

@@ -53,17 +53,17 @@ class Trust:
         """Take note of where the axes are."""
         self._time, self._position, self._rates = time, tuple(position), tuple(rates)
 
-    def restarted(self, axis: int, sight: Sight) -> None:
+    def restarted(self, axis: int, sight: Sight, *, led: bool) -> None:
         """Judge the position of a controller that has restarted since it was last seen.
 
-        One that stood where it stands has kept it. Of one that moved nobody can tell.
+        One that stood where it stands has kept it. Of one that moved, or was `led` somewhere, nobody can tell.
         """
         name = self._settings.axes[axis].name
         if self._position is None:
             self.lose_axis(
                 axis, f"{name}: its controller has restarted and was never seen before; `sync` on a target"
             )
-        elif abs(self._rates[axis]) > _STOOD_DEG_S:
+        elif led or abs(self._rates[axis]) > _STOOD_DEG_S:
             self.lose_axis(axis, f"{name}: its controller has restarted while the axis moved; `sync` on a target")
         elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
             self.lose_axis(

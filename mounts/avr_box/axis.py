@@ -221,7 +221,7 @@ class BoxAxis:
     def abandon(self) -> None:
         """Send no further piece."""
         self.waiting.clear()
-        self.slew_ends = self.reckoning.ends
+        self.slew_ends = min(self.slew_ends, self.reckoning.ends)  # of a slew: a short move of holding is none
         self.aim = None
 
     def begun(self, time: float) -> list[float]:

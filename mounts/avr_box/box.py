@@ -149,9 +149,14 @@ class Box:
         LinkError
             The link was lost; it is as it was.
         """
-        if self.in_doubt:
+        if not self.in_doubt:
+            return
+        try:
             self._opened().write(bytes(_MOST_ARGUMENTS))
-            self.in_doubt = False
+        except LinkError:
+            self._drop()
+            raise
+        self.in_doubt = False
 
     def close(self) -> None:
         """Close the link."""

@@ -164,7 +164,7 @@ def _bin(number: int) -> bytes:
     data = number.to_bytes(2, "little")
     if letters := [chr(byte) for byte in data if chr(byte) in COMMANDS]:
         raise AvrBoxError(
-            f"PEC bin {number}: its byte is the command {letters[0]!r}, which it begins if the byte before it is "
-            "lost; take a bin beside it"
+            f"PEC bin {number}: its byte is the command {letters[0]!r}, and begins that if the one before is lost; "
+            "take a bin beside it"
         )
     return data

@@ -13,6 +13,7 @@ from mounts.avr_box import commands, following
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
+from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
 from mounts.avr_box.runaway import FIVE_ARCMIN
@@ -25,7 +26,7 @@ from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
 from mounts.avr_box.tick_watch import TickWatch
 from mounts.avr_box.tracking import RECHECK_S, Tracker
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, StillMoving, Unsynchronised
 from pointing.plan import Leading
 
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
@@ -268,7 +269,7 @@ class AvrBoxDrive:
         DriveRefused
             Always.
         """
-        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` makes one of a length")
+        raise DriveRefused("the box only makes counted moves, none at a speed: `jog` moves one axis by a way")
 
     def sync(self, counts: Sequence[float], time: float) -> None:
         """Reckon from here on.
@@ -302,7 +303,7 @@ class AvrBoxDrive:
 
         Raises
         ------
-        DriveRefused
+        StillMoving
             A piece is under way; says when it ends.
         """
         for axis in self.axes:
@@ -311,7 +312,7 @@ class AvrBoxDrive:
         left = {axis.index + 1: axis.slew_ends - time for axis in self.axes if axis.slew_ends > time}
         if left:
             ends = " and ".join(f"axis {number} ends its move" for number in left)
-            raise DriveRefused(_NO_STOP.format(ends, max(left.values())))
+            raise StillMoving(_NO_STOP.format(ends, max(left.values())))
 
     def power(self, *, on: bool) -> None:
         """Refuse: no command switches its motors.
@@ -350,6 +351,26 @@ class AvrBoxDrive:
         """What both encoders say."""
         return self._box.ask(commands.ASK_ENCODERS)
 
+    def encoders_seen(self) -> tuple[EncoderSeen, ...]:
+        """What both encoders say, and where that is; nothing where none are fitted.
+
+        Raises
+        ------
+        TransportError
+            They do not answer.
+        """
+        if not self._settings.encoder_counts_per_turn:
+            return ()
+        told = self._box.ask(commands.ASK_ENCODERS)
+        seen = []
+        for axis, said in zip(self.axes, told.pair, strict=True):
+            encoder = axis.encoder
+            if encoder is not None:
+                tied = encoder.zero is not None and not self.supervision.unsynchronised
+                here = encoder.steps(said) if tied else None
+                seen.append(EncoderSeen(said, encoder.step, here, axis.at(told.middle).counts))
+        return tuple(seen)
+
     def begin_trial(self) -> None:
         """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
         self.supervision.on_trial = True
@@ -363,7 +384,7 @@ class AvrBoxDrive:
         """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
         self.supervision.on_trial = True
         wire = half * self._settings.wire_per_half
-        self._moves.send_remembered(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
+        self._moves.send_trial(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
         return wire
 
     def north_trial(self) -> float:

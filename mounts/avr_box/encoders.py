@@ -6,12 +6,22 @@ coarse, 65″ by default: the reckoning is finer as long as both agree, and the 
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 TRUST_COUNTS = 1.5  # by which what is said may differ from what is reckoned exactly: both are rounded
 SEEN_COUNTS = TRUST_COUNTS + 1.0
 """By which an axis may be off that agrees: what is said and the tie are rounded."""
 _CLEAR_COUNTS = 0.7  # of way that tell its sense
 ROUNDED_COUNTS = 1.2  # by which a way may differ from what is said of it
+
+
+class EncoderSeen(NamedTuple):
+    """What an encoder said, once."""
+
+    said: int
+    step: float  # microsteps of a count
+    counts: float | None  # microsteps where it says that the axis is, to a count; None while it is not tied
+    reckoned: float  # where the axis was reckoned to be then
 
 
 @dataclass

@@ -3,8 +3,8 @@
 A box that is silent then may have taken the question for the rest of a move of which a byte was lost.
 """
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
@@ -73,23 +73,29 @@ class Moves:
             decreasing=half < 0,
             axis_bit=self._settings.axis_bit,
         )
-        begin = self.send_remembered(command)
-        axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
-        self._remember()
+        with self._remembered():
+            begin = self._box.send(command)
+            axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
         self.unproved = True
 
-    def send_remembered(self, command: bytes) -> float:
-        """Send a move, known to a program that comes after one that ends meanwhile; return when the box has it.
+    def send_trial(self, command: bytes) -> None:
+        """Send a move of which nobody knows yet where it leads.
 
         Raises
         ------
         DriveRefused, LinkError
             As `Box.send`.
         """
+        with self._remembered():
+            self._box.send(command)
+
+    @contextmanager
+    def _remembered(self) -> Iterator[None]:
+        """Let a program that comes after one that ends meanwhile know that a move was being sent."""
         self.sending = True
         self._remember()
         try:
-            return self._box.send(command)
+            yield
         finally:
             self.sending = False  # what a link that failed may have left in the box is in doubt from here on
             self._remember()

@@ -16,6 +16,10 @@ from mounts.avr_box.commands import BINS
 from mounts.avr_box.timers import CRYSTAL_HZ, TICK_S, TRACKING_PRESCALER, tracking_rate
 from mounts.errors import DriveError
 
+MOST_HARMONICS = 50
+"""Of the worm, to be fitted: each wave of the last has ten bins of the table."""
+LARGEST_ARCSEC = 3600.0
+"""By which a worm may run ahead: no worm does by a degree."""
 _LARGEST = 255
 _FEWEST_TURNS = 0.9  # of the worm that must be measured
 
@@ -61,6 +65,10 @@ def fitted(times: Sequence[float], ahead: Sequence[float], worm_s: float, harmon
     PecError
         There is too little of it: less than a turn of the worm, or fewer looks than twice the unknowns.
     """
+    if not 1 <= harmonics <= MOST_HARMONICS:
+        raise PecError(
+            f"{harmonics} harmonics: give 1 to {MOST_HARMONICS}; the bins of the table are too wide for more"
+        )
     unknowns = 2 + 2 * harmonics
     if len(times) != len(ahead) or len(times) < 2 * unknowns:
         raise PecError(f"{len(times)} looks for {unknowns} unknowns: give {2 * unknowns} or more, or fewer harmonics")
@@ -108,12 +116,12 @@ def as_assembler(values: Sequence[int]) -> str:
 
 
 def read_measured(path: Path | str) -> tuple[list[float], list[float]]:
-    """Read a file of two columns, PEC bins or seconds are the caller's; `#` begins a remark.
+    """Read a file of two columns, PEC bins and arcseconds ahead; `#` begins a remark.
 
     Raises
     ------
     PecError
-        It cannot be read, or a line has not two numbers.
+        It cannot be read; a line has not two numbers, or one that no worm makes.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
@@ -128,6 +136,11 @@ def read_measured(path: Path | str) -> tuple[list[float], list[float]]:
             first, second = map(float, words)
         except ValueError:
             raise PecError(f"{path}, line {number}: {line.strip()!r} is not two numbers") from None
+        if not (math.isfinite(first) and abs(second) <= LARGEST_ARCSEC):
+            raise PecError(
+                f"{path}, line {number}: {line.strip()!r} is no bin with arcseconds ahead, at most "
+                f"±{LARGEST_ARCSEC:g}″: is it in other units?"
+            )
         one.append(first)
         two.append(second)
     return one, two

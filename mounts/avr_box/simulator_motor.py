@@ -40,7 +40,7 @@ class Motor:
     def __init__(self, table: Sequence[int], low: int, high: int, position: int = 0) -> None:
         self._table, self._low, self._high = table, low, high
         self.position = position
-        self.made_at_speed = 0  # steps of the high gear ever made, some of which may have been lost
+        self.made_at_speed = 0  # steps of the high gear, signed: of those each way some may have been lost
         self.slew: Slew | None = None
 
     def begin(self, step_max: int, direction: int, slowed: int = 1) -> None:
@@ -78,7 +78,7 @@ class Motor:
     def _made(self, slew: Slew, steps: int, *, fast: bool) -> None:
         self.position += slew.direction * steps
         if fast:
-            self.made_at_speed += steps
+            self.made_at_speed += slew.direction * steps
         slew.counter += -steps if slew.down else steps
         if not slew.down and slew.counter == slew.step_max:
             slew.down = True

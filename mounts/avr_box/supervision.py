@@ -24,6 +24,7 @@ _LATELY_S = 20.0  # within which the bin may have been told already, and taken f
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
 _BY_HAND_S = 3.0  # longer than a move of 5′ by the hand controller takes
 _TRIES = 3
+_DAMAGES = 3  # of the line since the last sync, from which on it mutilates moves as well
 _OFTEN = 2  # times that the opposite is no chance
 ABSENT_S = 60.0  # for which a box that no encoder watches may be left without a program
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
@@ -46,7 +47,7 @@ MAY_RUN = (
 AGAINST = (
     "the encoder of axis {} says the opposite of what the axis was told: swap its A and B wires, or set `reversed` "
     "of that axis where it turns the wrong way, or `axis_bit` where it moves instead of the other one (`commission` "
-    "tells which), then `sync`"
+    "tells which), then `sync`; where that happens once on a line that loses bytes, a command was mutilated"
 )
 COUNTS = (
     'by the encoders moves go {} as far as they should, again and again: set `move_count` to "{}", unless '
@@ -302,6 +303,8 @@ class Supervision:
             self._lose(SWITCHED)
             return
         astray = self._astray(told)
+        if any(each.opposite for each in astray):  # an answer that came late says so once, a wrong wire again
+            astray = self._astray(astray[0].told)
         unproved = self._any_unproved()
         most = _UNPROVED_COUNTS if unproved else RUNS_COUNTS
         running = [each for each in astray if each.past or (abs(each.runs) > most and not each.short)]
@@ -387,13 +390,18 @@ class Supervision:
             self._halved = self._halved + 1 if halved else 0
             self._doubled = 0
         axis.agreed()
-        if self._halved >= _OFTEN:
+        if self._halved >= _OFTEN and self._line_is_sound:
             self._lose(COUNTS.format("half", "total"))
+
+    @property
+    def _line_is_sound(self) -> bool:
+        """Whether moves that go wrong are no matter of the line."""
+        return self._box.trust.flaws - self._sound < _DAMAGES
 
     def _count_past(self, running: Sequence[_Astray]) -> None:
         """Whether moves go farther than they should, again and again."""
         self._doubled += sum(each.past for each in running)
-        if self._doubled >= _OFTEN:
+        if self._doubled >= _OFTEN and self._line_is_sound:
             self._lose(COUNTS.format("twice", "half"))
 
     def _end(self, running: Sequence[Runaway]) -> None:

@@ -16,7 +16,7 @@ from mounts.awr.words import Words
 _SPARE_S = 0.002  # between two commands, beside the line
 _BYTES = 10  # of a key and its answer
 _EVENT_BYTES = 7
-_APART = 3.0  # standard deviations of what lies between two events, so that one seldom finds the line taken
+_APART = 4.0  # standard deviations of what lies between two events, so that hardly ever one tells of both axes
 _TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _SLEWS = (BY_NAME["slew_right"], BY_NAME["slew_up"])  # of axis 1, of axis 2
 
@@ -45,8 +45,7 @@ class Pace:
     def exchange_s(self) -> float:
         """Seconds from one key to the next: their answers, and events that they make, do not wait for one another."""
         answers = _BYTES * self._unit.byte_s + 2.0 * self._unit.delay_s + _SPARE_S
-        scatter = _APART * self._settings.jitter.hold_s if self._unit.byte_s else 0.0
-        return answers + _EVENT_BYTES * self._unit.byte_s + scatter
+        return answers + _EVENT_BYTES * self._unit.byte_s + _APART * self._settings.jitter.hold_s
 
     @property
     def ladder(self) -> Ladder:

@@ -91,7 +91,7 @@ def test_a_star_that_sets_is_left_within_a_cycle_with_the_reason(scope):
         if status["doing"] == "idle":
             break
     assert status["doing"] == "idle"
-    assert "below the horizon limit of 15.00°" in status["trouble"]
+    assert "the horizon limit of 15.00°" in status["trouble"]
     assert not moving(scope)
     lowest = min(altitudes)
     print(f"stopped {3600 * (15.0 - lowest):.1f}″ below the horizon limit; a cycle at this rate is 15″")
@@ -391,7 +391,8 @@ def test_a_parked_telescope_refuses_all_motion_until_unpark(tmp_path):
     with telescope(tmp_path, start=later) as scope:
         assert scope.status()["parked"]
         assert scope.status()["doing"] == "parked"
-        scope.unpark()
+        assert scope.unpark()
+        assert not scope.unpark()
         assert scope.goto("best")["slews"] == 1
 
 
@@ -516,6 +517,21 @@ def test_a_store_or_a_program_that_fails_stops_the_telescope_and_the_loop_goes_o
     assert scope.goto("best")["ok"]
 
 
+def test_a_simulator_that_goes_on_as_it_was_left_says_so_and_one_in_a_new_folder_is_new(tmp_path):
+    clock = VirtualClock(T0)
+
+    def said(folder):
+        with Telescope.simulated(clock=clock, overrides={"state.path": str(tmp_path / folder)}) as scope:
+            return [event.text for event in scope.events() if event.kind == "simulator"]
+
+    assert said("one") == []
+    clock.sleep(60.0)
+    (text,) = said("one")
+    assert "as it was left 60 s ago" in text
+    assert str(tmp_path / "one") in text
+    assert said("two") == []
+
+
 def test_what_a_progress_report_raises_stops_the_slew_and_reaches_the_caller(scope):
     def report(_):
         raise ZeroDivisionError("in the notebook")
@@ -523,6 +539,8 @@ def test_what_a_progress_report_raises_stops_the_slew_and_reaches_the_caller(sco
     with pytest.raises(ZeroDivisionError):
         scope.goto("best", report)
     assert scope.status()["doing"] == "idle"
+    said = "the callback `progress` failed with ZeroDivisionError('in the notebook'); the telescope was stopped"
+    assert scope.status()["trouble"] == said
     scope.wait(2.0)
     assert not moving(scope)
 

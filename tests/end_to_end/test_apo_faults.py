@@ -22,7 +22,7 @@ from pointing.targets import FixedAltAz
 from transports.errors import TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "8"))
+RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "4"))
 FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
 OURS = (ClockdriveError, DriveError, PointingError, TransportError)
 REMEDY = re.compile(

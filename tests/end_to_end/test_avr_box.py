@@ -12,6 +12,7 @@ from telescope_bench import T0, Witness, star_at
 
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
+from clockdrive.service import Service
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
@@ -176,6 +177,32 @@ def test_stop_says_when_the_move_ends_and_the_telescope_rests_after_it(tmp_path)
         assert scope.clock.now() - T0 < 120.0
 
 
+def test_a_stop_that_did_all_it_can_is_an_answer_and_is_not_tried_again(tmp_path):
+    with opened(tmp_path) as scope:
+        slews = scope._slewing.goto(star_at(scope, 60.0, 50.0), lambda _: None)
+        for _ in range(12):
+            next(slews)
+            scope.clock.sleep(0.25)
+        answer = Service(scope)("stop", {}, lambda _: None)
+        slews.close()
+        scope.wait(5.0)
+        said = " ".join(event.text for event in scope.events())
+        assert answer["ok"]
+        assert re.search(r"ends its move.*in \d+\.\d s, and no further move is sent", answer["note"])
+        assert answer["note"] in said
+        assert "again" not in said
+
+
+def test_a_stop_at_rest_does_not_mind_the_move_that_holds_it(tmp_path):
+    with opened(tmp_path) as scope:
+        axis = scope._session.drive.axes[0]
+        while scope.clock.now() > axis.reckoning.ends:
+            scope.wait(0.5)
+        assert axis.at(scope.clock.now()).moving
+        scope.stop()
+        assert scope.status().json["trouble"] == ""
+
+
 def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
     clock = VirtualClock(T0)
     with opened(tmp_path, clock) as scope:
@@ -265,6 +292,24 @@ def test_near_a_limit_it_is_held_at_once(tmp_path):
         moves = moves_of(scope)
         scope.wait(2.0)
         assert moves
+
+
+@pytest.mark.parametrize(("rates", "axis"), [((0.0, 300.0), "axis2"), ((60.0, 0.0), "axis1"), ((0.0, 31.0), "axis2")])
+def test_rates_that_short_moves_do_not_hold_are_refused_with_what_they_do(tmp_path, rates, axis):
+    with opened(tmp_path) as scope:
+        star = star_at(scope, 170.0, 70.0)
+        with pytest.raises(Unreachable, match=rf"{axis}: \d+\.\d\d″/s of its rate .* hold up to 30″/s: take smaller"):
+            scope.goto(star, rate_arcsec_s=rates)
+        assert scope.status()["doing"] == "idle"
+
+
+def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
+    with opened(tmp_path) as scope:
+        star = star_at(scope, 170.0, 70.0)
+        two = scope.plan(star, rate_arcsec_s=(0.0, 10.0)).json["axes"][1]
+        assert two["lag_arcsec"] == pytest.approx(11.0, abs=0.5)
+        assert scope.rates(star, rate_arcsec_s=(0.0, 100.0)).json["axes"][1]["lag_arcsec"] is None
+        assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
 
 
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):

@@ -260,7 +260,7 @@ def test_both_axes_go_at_a_speed_for_a_time_beside_a_dead_man(tmp_path):
 @pytest.mark.timeout(3600)
 def test_of_random_gotos_95_in_100_end_within_two_guide_steps(tmp_path):
     rng, within, count, slews = random.Random(42), 0, 1000 if FULL else 3, 0  # noqa: S311
-    with opened(tmp_path) as scope:
+    with opened(tmp_path, axis1__min_deg=-200.0, axis1__max_deg=200.0) as scope:
         for _ in range(count):
             now = scope.clock.now()
             scope.simulator.advance(now)

@@ -154,6 +154,7 @@ def test_a_command_that_does_not_exist_is_a_matter_of_usage(words, kept, capsys)
     assert "usage: clockdrive" in capsys.readouterr().err
 
 
+_BOX = '[drive]\nkind = "avr-box"\n[axis1]\n{}\n[axis2]\n{}\n'
 CONFIGURATIONS = {
     "a key that is none": ("[site]\nlatitud_deg = 1.0\n", ["site.latitud_deg", "latitude_deg"]),
     "a latitude beyond the pole": ("[site]\nlatitude_deg = 95.0\n", ["95", "−90 to 90"]),
@@ -167,6 +168,12 @@ CONFIGURATIONS = {
     "gears that the limits contradict": ('[axis1]\nmain_gear = "1/60000"\n',
                                          ["axis1.max_deg = 170: allowed -10.07 to 10.07 deg", "24 bits"]),
     "gears upside down": ('[axis2]\nmain_gear = "285/1"\n', ["allowed up to 100 deg/s", '"1/285"']),
+    "gears of a box upside down": (_BOX.format('main_gear = "360/1"', "main_gear = 360"),
+                                   ["axis1.main_gear = 360/1", "axis2.main_gear = 360", "allowed up to 2″",
+                                    '"1/360"']),
+    "a second gear of a box upside down": (_BOX.format('secondary_gear = "57/11"', 'secondary_gear = "57/11"'),
+                                           ["track at 26.8 times the sidereal rate, allowed 0.5 to 2",
+                                            "axis2.main_gear = 2/360, secondary_gear = 57/11", "2.915″ of the axis"]),
     "gears too slow for the speed": ("[axis1]\nmax_speed_deg_s = 6.0\n",
                                      ["axis1.max_speed_deg_s = 6: allowed at most 5.0526 deg/s", "gecko"]),
     "a current beyond the drive type": ('[axis1]\ndrive_type = "ims"\nmax_speed_deg_s = 3.0\nmotor_current_a = 3.1\n',

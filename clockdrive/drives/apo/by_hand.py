@@ -54,7 +54,8 @@ def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
     found = {name: text for name, text in registers.items() if not parts or any(part in name for part in parts)}
     if not found:
         raise Refused(f"nothing is called {names[0]!r}; there is {', '.join(registers)}")
-    rows = {name: {"group": name.partition(" ")[0], "text": text, "raw": []} for name, text in found.items()}
+    groups = {name: name.partition(" ")[0] if " " in name else "" for name in found}
+    rows = {name: {"group": groups[name], "text": text, "raw": []} for name, text in found.items()}
     return Answer({"ok": True, "registers": rows})
 
 

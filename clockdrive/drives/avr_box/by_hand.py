@@ -1,10 +1,16 @@
-"""A stepper box in a person's hands: its PEC bin and zero, which are all that can be set and read back."""
+"""A stepper box in a person's hands: its PEC bin and zero, all that can be set and read back, and its encoders."""
 
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from clockdrive.answers import Answer
-from clockdrive.errors import InputError
+from clockdrive.errors import InputError, Refused
+
+if TYPE_CHECKING:
+    from mounts.avr_box.encoders import EncoderSeen
+    from pointing.plan import Axis
+    from pointing.planner import Planner
 
 NAMES = ("pec_bin", "pec_zero")
 
@@ -19,6 +25,10 @@ class HasPec(Protocol):
 
     def set_pec(self, name: str, number: int) -> None:
         """Set `pec_bin` or `pec_zero`."""
+        ...
+
+    def encoders_seen(self) -> "Sequence[EncoderSeen]":
+        """Ask the encoders; none where none are fitted."""
         ...
 
 
@@ -40,3 +50,30 @@ def pec_set(drive: HasPec, name: str, value: float | str) -> Answer:
     drive.set_pec(name, number)
     row = {"group": "pec", "text": drive.registers()[name], "raw": []}
     return Answer({"ok": True, "registers": {name: row}, "before": before, "note": ""})
+
+
+def encoders_answer(drive: HasPec, planner: "Planner") -> Answer:
+    """What the encoders read, and where they say that the axes are.
+
+    Raises
+    ------
+    Refused
+        None are fitted.
+    TransportError
+        They do not answer.
+    """
+    seen = drive.encoders_seen()
+    if not seen:
+        raise Refused(
+            "there are no encoders to read: [drive] encoder_counts_per_turn is 0; where some are fitted, set it"
+        )
+    rows = [_row(i, axis, each) for i, (axis, each) in enumerate(zip(planner.axes, seen, strict=True), start=1)]
+    return Answer({"ok": True, "encoders": rows})
+
+
+def _row(number: int, axis: "Axis", seen: "EncoderSeen") -> dict[str, Any]:
+    arcsec = math.degrees(1.0 / abs(axis.gearing.counts_per_radian)) * 3600.0
+    row = {"axis": number, "reading": seen.said, "step_arcsec": seen.step * arcsec, "counts": seen.counts}
+    if seen.counts is None:
+        return row
+    return row | {"uncertainty_arcsec": seen.step * arcsec, "off_arcsec": (seen.counts - seen.reckoned) * arcsec}

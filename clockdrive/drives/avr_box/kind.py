@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
-from pointing.plan import Axis, Timing, Trims
+from pointing.plan import Axis, ShortMoves, Timing, Trims
 
 if TYPE_CHECKING:
     from clockdrive.drives.kind import Remember
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in microsteps, with the travel that the configuration allows them: the box knows no limits."""
+    from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S  # noqa: PLC0415 - by kind
+
     one, two = (
         Axis(
             f"axis{i + 1}",
@@ -27,6 +29,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="microsteps",
             trims=_trims(configuration) if i == 0 else None,
+            short_moves=ShortMoves(math.radians(MOST_BESIDE_ARCSEC_S / 3600.0), LAGS_S[i]),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )

@@ -51,7 +51,7 @@ def timing(configuration: Configuration) -> Timing:
     return Timing((AwrSlewModel(ladder, 0), AwrSlewModel(ladder, 1)), together=False)
 
 
-_EXCHANGE_S = 0.045
+_EXCHANGE_S = 0.05
 
 
 def drive(

@@ -7,13 +7,17 @@ import re
 import pytest
 from telescope_bench import T0
 
+from clockdrive import Telescope, VirtualClock
+from clockdrive.cli import display
 from clockdrive.cli.main import main
+from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from clockdrive.drives import kind_of
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, park_counts, settings, worm_steps
 from clockdrive.errors import ConfigurationError
 from clockdrive.figures import register
+from transports.serve import serve
 
 
 def configured(**given):
@@ -135,7 +139,83 @@ def test_the_commands_of_a_rate_are_shown():
         20.0,
     )  # 0.115 · 20 / 0.462
     assert register(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
-    assert register(two, math.tau / 86164.0905 / 100.0) == {"single_step_every_s": pytest.approx(0.7217, abs=1e-3)}
+    assert register(two, math.tau / 86164.0905 / 100.0) == {
+        "single_step_every_s": pytest.approx(0.7217, abs=1e-3),
+        "lag_arcsec": pytest.approx(0.165, abs=0.01),
+    }
+    assert register(two, math.radians(31.0 / 3600.0))["lag_arcsec"] is None
+
+
+@pytest.fixture
+def box(tmp_path, capsys):
+    """The command line of a box: words in; exit code, stdout and stderr."""
+    toml = tmp_path / "t.toml"
+    toml.write_text('[drive]\nkind = "avr-box"\nlink = "sim:"\n[state]\npath = "state"\n')
+
+    def run(*words):
+        code = main(["-c", str(toml), *words])
+        return code, *capsys.readouterr()
+
+    run.toml = toml
+    return run
+
+
+def test_what_a_box_tells_is_shown_once_and_its_encoders_say_where_the_axes_are(box):
+    _, shown, _ = box("drive", "show")
+    assert [shown.count(name) for name in ("pec_bin", "pec_zero", "encoder_1", "crystal")] == [1, 1, 1, 1]
+    code, told, _ = box("drive", "encoders", "--json")
+    one, two = json.loads(told)["encoders"]
+    assert code == 0
+    assert two["reading"] == 0
+    assert two["step_arcsec"] == pytest.approx(1_296_000 / 20000)
+    assert two["counts"] == pytest.approx(park_counts(configured())[1], abs=1.0)  # where a new simulator stands
+    assert abs(one["off_arcsec"]) <= 1.5 * one["step_arcsec"]
+    assert "axis 2: 0 since the box was switched on, 64.8″ each; position " in box("drive", "encoders")[1]
+    box.toml.write_text(box.toml.read_text().replace('"sim:"', '"sim:"\nencoder_counts_per_turn = 0'))
+    code, _, said = box("drive", "encoders")
+    assert code == 1
+    assert "encoder_counts_per_turn is 0" in said
+
+
+@pytest.mark.parametrize("action", ["factory", "reload"])
+def test_nothing_is_to_be_confirmed_that_a_box_does_not_have(box, action):
+    code, _, said = box("drive", action)
+    assert code == 1
+    assert "has no registers of that kind" in said
+    assert "--yes" not in said
+
+
+def test_what_comes_of_it_left_alone_is_said_once(box):
+    _, out, err = box("status")
+    assert (out + err).count("nothing switches its tracking off") == 1
+    _, out, err = box("drive", "show")
+    assert (out + err).count("nothing switches its tracking off") == 1
+
+
+def test_a_box_of_which_nobody_knows_where_it_is_is_not_said_to_have_limits_of_its_own(box):
+    clock = SystemClock()
+    with serve(
+        kind_of(configured()).simulated(configured(), clock.now(), None), clock, "tcp://127.0.0.1:0"
+    ) as server:
+        box.toml.write_text(box.toml.read_text().replace("sim:", server.address))
+        _, _, said = box("drive", "show")
+    assert "soft limits" not in said
+    assert "nothing switches its tracking off, and nobody knows how far a limit is" in said
+
+
+def test_unpark_of_a_telescope_that_is_not_parked_says_so(box):
+    assert box("unpark")[1] == "unpark: it was not parked; nothing is changed\n"
+
+
+def test_a_jog_is_called_a_jog_and_an_axis_that_stays_makes_no_moves(tmp_path, capsys):
+    with (
+        Telescope.simulated("avr-box", clock=VirtualClock(T0), overrides={"state.path": str(tmp_path)}) as scope,
+        display.progress_bar(quiet=False) as show,
+    ):
+        text = display.plan_text(scope.jog(1, 0.1, 3.0, lambda progress: show(vars(progress))).json)
+    assert capsys.readouterr().err.startswith("jog of axis1: ")
+    assert "held against its own tracking by short moves" in text
+    assert "without a move" in text
 
 
 def test_encoders_that_count_beyond_what_an_answer_can_say_are_refused_with_the_most():

@@ -85,6 +85,17 @@ def test_a_gain_is_known_after_half_a_minute_of_a_slews_looks(ppm):
     assert abs(missed) < 3e-4
 
 
+def test_a_gain_at_the_edge_of_being_one_does_not_come_and_go():
+    found, chance, steps = ClockOffset(), random.Random(5), []  # noqa: S311 - nothing secret
+    for k in range(300):
+        sent, before = 1_800_000_000.0 + 0.5 * k + chance.uniform(0.0, 0.001), found.value
+        found.see(round((sent + 0.02) + 0.006 + 20e-6 * 0.5 * k, 3), sent, sent + 0.04)
+        steps.append(abs(found.value - before))
+    changes = sum(step > 3e-4 for step in steps[1:])
+    print(f"{changes} changes by more than 0.3 ms")
+    assert changes <= 2
+
+
 def test_a_clock_that_was_set_is_noticed():
     found, _ = watched(0.3, way_s=(0.001, 0.001), looks=10)
     sent = 1_800_000_100.0

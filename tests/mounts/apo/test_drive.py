@@ -360,6 +360,23 @@ def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silen
     assert not bench.device.axes[0].record.dry
 
 
+def test_an_axis_that_was_to_set_out_later_is_halted_when_its_semaphore_is_given_back():
+    bench = Bench("sdss").connected()
+    now = bench.clock.now()
+    bench.drive.start([AxisSlew(25.0, arrival=now + 60.0), AxisSlew(60.0, arrival=now + 60.0)], now)
+    bench.device.axes[0].fail("semaphore_taken")
+    bench.run(0.5)
+    bench.drive.stop(bench.clock.now())
+    bench.run(2.0)
+    bench.device.axes[0].repair("semaphore_taken")
+    bench.run(60.0)
+    assert [bench.true(i) for i in (0, 1)] == [10.0, 45.0]
+    assert not bench.dry()
+    bench.start(25.0, 60.0)
+    bench.run(60.0)
+    assert [bench.true(i) for i in (0, 1)] == pytest.approx([25.0, 60.0], abs=1e-9)
+
+
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
     bench = Bench("sdss").connected()
     bench.device.axes[0].fail("semaphore_taken")
@@ -501,6 +518,20 @@ def test_a_position_that_a_restart_has_lost_is_told_at_the_first_answer_and_once
     with pytest.raises(Unsynchronised, match=r"altitude: .*restarted at 0\.0000°, 45\.0000° from"):
         bench.run(1.0)
     assert "restarted at 0.0000°" in bench.run(5.0).unsynchronised
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_a_restart_of_an_axis_that_was_about_to_move_leaves_its_position_unknown(kind):
+    bench = Bench(kind).connected()
+    bench.start(40.0, 70.0)
+    bench.run(0.5)
+    assert bench.speeds() == [0.0, 0.0]
+    bench.clock.sleep(1.5)  # it has begun, and nobody has seen it
+    bench.device.axes[1].restart(bench.clock.now(), loses_position=True)
+    bench.device.axes[1].believe(45.0)  # and says that it is where it was seen last
+    bench.clock.sleep(10.0)
+    with pytest.raises(Unsynchronised, match="altitude: its controller has restarted while the axis moved"):
+        bench.run(1.0)
 
 
 def test_settings_that_differ_are_noted_with_both_values():

@@ -78,3 +78,14 @@ def test_a_path_that_comes_earlier_is_the_same_at_earlier_times():
     assert queue.at(106.75) == pytest.approx(before)
     assert queue.ends == 109.75
     assert queue.pending(104.8) == 1
+
+
+def test_a_path_cruises_where_its_velocity_stays_for_long_enough():
+    queue = NodeQueue()
+    for time, position, velocity in ((0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (12.0, 11.0, 1.0), (14.0, 12.0, 0.0)):
+        queue.append(PathNode(100.0 + time, position, velocity))
+    assert [queue.cruises(100.0 + time, 3.0) for time in (-1.0, 1.0, 5.0, 10.0, 13.0, 15.0)] == [
+        *(False, False, True, False, False, False)
+    ]
+    assert not queue.rests_from(105.0)
+    assert queue.rests_from(112.0)

@@ -26,6 +26,7 @@ from avr_bench import (
 from clockdrive.clock import VirtualClock
 from mounts.avr_box.box import Box
 from mounts.avr_box.commands import COMMANDS, AvrBoxError
+from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
 from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
 from mounts.avr_box.pec import PeriodicError, table
 from mounts.avr_box.runaway import Runaway
@@ -187,6 +188,26 @@ def test_the_moon_is_tracked_by_short_moves_beside_guiding():
     print(f"\nthe Moon: worst {one * RA_ARCSEC:.2f}″ in axis 1, {two * DEC_ARCSEC:.2f}″ in axis 2")
     assert one * RA_ARCSEC < 3.0
     assert two * DEC_ARCSEC < 1.0
+
+
+@pytest.mark.parametrize("arcsec_s", [5.0, -30.0, 30.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_rates_that_short_moves_hold_are_as_far_off_as_is_stated(axis, arcsec_s):
+    bench, errors, scale = Bench(), [], (RA_ARCSEC, DEC_ARCSEC)[axis]
+    bench.connect()
+    rates = [SIDEREAL, 0.0]
+    rates[axis] += arcsec_s / scale
+    path = Line(tuple(each.counts for each in bench.read().axes), tuple(rates), bench.clock.now())
+
+    def look(now):
+        if now > path.since + 20.0:
+            errors.append((bench.true()[axis] - path.at(now)[axis][0]) * scale)
+
+    bench.follow(path, 60.0, look)
+    worst = max(map(abs, errors))
+    print(f"\naxis {axis + 1}, {arcsec_s:+g}″/s: {worst:.2f}″ off at worst, {worst / abs(arcsec_s):.2f} s of it")
+    assert abs(arcsec_s) <= MOST_BESIDE_ARCSEC_S
+    assert worst < LAGS_S[axis] * abs(arcsec_s)
 
 
 def test_held_for_hours_axis_1_stays_within_five_arcminutes_and_never_beyond_its_place():

@@ -57,6 +57,13 @@ def test_too_little_is_refused_with_what_is_wanted(times, said):
         fitted(list(times), [0.0] * len(list(times)), WORM_S)
 
 
+@pytest.mark.parametrize("harmonics", [0, -1, 51])
+def test_harmonics_that_are_none_or_too_many_are_refused_with_their_range(harmonics):
+    times = [0.5 * i for i in range(2000)]
+    with pytest.raises(PecError, match="give 1 to 50"):
+        fitted(times, [0.0] * len(times), 240.0, harmonics)
+
+
 def test_an_error_that_no_divisor_follows_is_refused():
     with pytest.raises(PecError, match=r"bin \d+ wants"):
         table(PeriodicError((40_000.0,), (0.0,)), SIDEREAL, WORM_S)
@@ -76,6 +83,12 @@ def test_a_file_of_measurements_is_read_and_a_wrong_line_is_named(tmp_path):
     assert read_measured(path) == ([0.0, 3.0], [1.5, -2.0])
     path.write_text("0 1\n2 x\n")
     with pytest.raises(PecError, match="line 2"):
+        read_measured(path)
+    path.write_text("0 1\n\n2 60000\n")
+    with pytest.raises(PecError, match=r"line 3: '2 60000' .* at most ±3600″"):
+        read_measured(path)
+    path.write_text("nan 1\n")
+    with pytest.raises(PecError, match="line 1"):
         read_measured(path)
     with pytest.raises(PecError, match="cannot be read"):
         read_measured(tmp_path / "none")

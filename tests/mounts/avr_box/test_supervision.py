@@ -49,6 +49,20 @@ def test_steps_that_a_motor_missed_in_a_slew_are_found_and_the_next_slew_lands_r
     assert "missed steps" in " ".join(bench.drive.notes)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_motor_that_misses_steps_either_way_falls_short_and_each_slew_goes_on_to_the_target(way):
+    bench = opened(lost_steps=0.05)
+    bench.slew(0.0, way * 500_000.0, rates=(0.0, 0.0))
+    first = abs(way * 500_000.0 - bench.true()[1])
+    bench.slew(0.0, way * 500_000.0, rates=(0.0, 0.0))
+    second = abs(way * 500_000.0 - bench.true()[1])
+    print(f"\n5 % of the fast steps missed: {first:.0f} microsteps short, after another slew {second:.0f}")
+    assert abs(bench.true()[1]) < 500_000.0
+    assert 15_000.0 < first < 25_000.0
+    assert second < 2.0 * COUNT[1]
+    assert "ran where it was not sent" not in " ".join(bench.drive.notes)
+
+
 @pytest.mark.parametrize("letter", "NSnsEW")
 def test_a_hand_controllers_move_is_followed_and_said(letter):
     bench = opened()
@@ -256,6 +270,20 @@ def test_after_half_a_move_not_one_byte_is_sent_until_a_sync(whole, encoders, ag
     bench.slew(20_000.0, 7000.0)
     assert bench.box.moving == (False, False)
     assert within(bench)
+
+
+def test_whatever_is_remembered_around_a_move_knows_of_it_or_doubts():
+    bench, kept = opened(), []
+    remember = bench.drive._moves._remember
+
+    def noted():
+        remember()
+        kept.append(dict(bench.kept))
+
+    bench.drive._moves._remember = noted
+    bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    assert any(each["sending"] for each in kept)
+    assert all(each["sending"] or each["axes"][0]["moves"] for each in kept)
 
 
 @pytest.mark.parametrize("whole", [1, 2, 3, 4, 5])
