@@ -311,6 +311,14 @@ def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
         assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
 
 
+def test_a_fixed_place_is_reached_when_it_was_planned_and_not_said_not_to_settle(tmp_path):
+    with opened(tmp_path) as scope:
+        began = scope.clock.now()
+        arrived = scope.goto("altaz:150,70").json
+        assert scope.clock.now() - began < arrived["eta_s"] + 1.0
+        assert "settle" not in " ".join(event.text for event in scope.events())
+
+
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
     with opened(tmp_path) as scope:
         assert scope.drive.set("pec_zero", "76").json["registers"]["pec_zero"]["text"] == "76"
