@@ -41,6 +41,7 @@ class AxisGroup:
         self.silent: dict[int, TransportError] = {}
         self._trust = trust
         self._heard = [-math.inf] * len(axes)  # POSIX seconds
+        self._unhalted: dict[int, float] = {}  # POSIX seconds at which the buffers end of those that were not told to
 
     def named(self, name: str) -> int:
         """The number of the axis of a name.
@@ -90,12 +91,25 @@ class AxisGroup:
             axis = self.axes[i]
             try:
                 axis.halt(abruptly=abruptly)
+                self._unhalted.pop(i, None)
             except (DriveError, TransportError) as error:
+                self._unhalted[i] = max(axis.queue.ends, self._unhalted.get(i, -math.inf))
                 axis.let_expire()
                 if left := _unhalted(axis, error):
                     errors.append(left)
         if errors:
             raise errors[0]
+
+    def halt_late(self, i: int, sight: Sight) -> None:
+        """Halt an axis that could not be told to, as soon as it can, while its buffer may lead it on."""
+        if i not in self._unhalted or self.axes[i].is_anothers:
+            return
+        if sight.time <= self._unhalted[i]:
+            try:
+                self.axes[i].halt()
+            except (DriveError, TransportError):
+                return
+        del self._unhalted[i]
 
     def free(self, i: int) -> None:
         """Initialise a controller that has halted; the position of one that has restarted is judged first."""
@@ -123,6 +137,7 @@ class AxisGroup:
             The position may be wrong; an alarm stands, or a clock is off; an axis does not answer.
         """
         self.require_synchronised()
+        self._unhalted = {}  # each is told to drift
         for i, axis in enumerate(self.axes):
             axis.look()
             self.free(i)

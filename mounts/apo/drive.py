@@ -195,6 +195,7 @@ class ApoDrive:
         """Go on with what was begun: slews, and stops that come to rest."""
         for i, sight in sights.items():
             self._ways.settle(i, sight)
+            self._group.halt_late(i, sight)
         if not sights:
             return
         latest = max(sight.time for sight in sights.values())

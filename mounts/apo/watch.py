@@ -99,9 +99,11 @@ class Watch:
     def _reading_of(self, i: int, sight: Sight, now: float, *, braking: bool) -> AxisReading:
         late = now - sight.time
         carried = sight.position + sight.velocity * late
-        path = self._group.axes[i].queue.at(now)
+        axis = self._group.axes[i]
+        path = axis.queue.at(now)
         unsure = sight.uncertainty + self._unseen(i, sight.velocity, late, braking=braking)
-        unsure += abs(path[0] - carried) if path else 0.0
+        if path:  # as far as the clock is known by which it is followed
+            unsure += abs(path[0] - carried) + abs(path[1] - sight.velocity) * axis.offset.uncertainty_s
         unsure += _ANYWHERE_DEG if i in self._trust.lost_axes else 0.0
         slews = self._ways.arrivals[i] is not None or i in self._stowing
         return AxisReading(carried, unsure, sight.velocity, slews)

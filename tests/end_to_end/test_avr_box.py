@@ -224,6 +224,7 @@ def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
         {"simulator.axis_bit": 0},
         {"simulator.reversed1": True},
         {"simulator.reversed2": True},
+        {"simulator.reversed2": True, "simulator.north_reversed": True},
         {"simulator.encoder_reversed1": True},
         {"simulator.encoder_reversed2": True},
         {"simulator.encoder_counts_per_turn": 10000},

@@ -360,6 +360,23 @@ def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silen
     assert not bench.device.axes[0].record.dry
 
 
+def test_an_axis_that_was_to_set_out_later_is_halted_when_its_semaphore_is_given_back():
+    bench = Bench("sdss").connected()
+    now = bench.clock.now()
+    bench.drive.start([AxisSlew(25.0, arrival=now + 60.0), AxisSlew(60.0, arrival=now + 60.0)], now)
+    bench.device.axes[0].fail("semaphore_taken")
+    bench.run(0.5)
+    bench.drive.stop(bench.clock.now())
+    bench.run(2.0)
+    bench.device.axes[0].repair("semaphore_taken")
+    bench.run(60.0)
+    assert [bench.true(i) for i in (0, 1)] == [10.0, 45.0]
+    assert not bench.dry()
+    bench.start(25.0, 60.0)
+    bench.run(60.0)
+    assert [bench.true(i) for i in (0, 1)] == pytest.approx([25.0, 60.0], abs=1e-9)
+
+
 def test_a_taken_semaphore_is_told_with_its_axis_and_nothing_moves():
     bench = Bench("sdss").connected()
     bench.device.axes[0].fail("semaphore_taken")

@@ -28,6 +28,7 @@ from mounts.avr_box.commands import COMMANDS, AvrBoxError
 from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
 from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
 from mounts.avr_box.pec import PeriodicError, table
+from mounts.avr_box.runaway import Runaway
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import NoAnswer
@@ -371,3 +372,22 @@ def test_motors_and_free_speeds_are_refused_with_what_there_is_instead():
         bench.drive.power(on=False)
     with pytest.raises(DriveRefused, match="jog"):
         bench.drive.move_at((1.0, 1.0), T0)
+
+
+def test_a_second_motor_that_is_wired_the_other_way_tracks_where_both_its_senses_are_configured():
+    settings = replace(SETTINGS, signs=(1, -1), north_reversed=True)
+    bench = Bench(settings, like(reversed2=True, north_reversed=True))
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (SIDEREAL, 1.5), bench.clock.now())
+    bench.follow(path, 300.0)
+    off = abs(bench.true()[1] - path.at(bench.clock.now())[1][0]) * DEC_ARCSEC
+    print(f"\naxis 2 is {off:.2f}″ off its path after 5 min")
+    assert off < 1.0
+
+
+def test_a_runaway_of_a_second_motor_that_is_wired_the_other_way_is_ended_against_its_way():
+    settings = replace(SETTINGS, signs=(1, -1), north_reversed=True)
+    axis = Bench(settings).drive.axes[1]
+    assert [Runaway(axis, axis.encoder, rising).ending for rising in (False, True)] == [b"N", b"S"]
+    axis = Bench(replace(SETTINGS, north_reversed=True)).drive.axes[1]
+    assert [Runaway(axis, axis.encoder, rising).ending for rising in (False, True)] == [b"S", b"N"]
