@@ -282,6 +282,12 @@ class Slewing:
             raise Refused(
                 f"a jog at {math.degrees(rate):g}°/s: {moved.name} goes at up to ±{highest:.3f}°/s, and not at 0"
             )
+        least = 2.0 * abs(session.drive.capabilities.goes_on_at) if axis == 0 else 0.0
+        if speed < least:
+            raise Refused(
+                f"a jog at {math.degrees(rate):g}°/s: {moved.name} tracks by itself at half of "
+                f"{math.degrees(least / per_radian):.5f}°/s, so it goes at no less than that"
+            )
         plan = self._jogged(moved.name, axis, rate * seconds, _limited(session.timing(), axis, speed))
         yield from self._slew(plan, "jogging", report, {axis: speed})
         self._require_landed(plan)
