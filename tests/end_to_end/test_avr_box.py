@@ -312,6 +312,21 @@ def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
         assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
 
 
+def test_a_jog_so_slow_that_tracking_would_outrun_it_is_refused_with_its_least_speed(tmp_path):
+    with opened(tmp_path) as scope:
+        with pytest.raises(Refused, match=r"at half of 0\.00834°/s, so it goes at no less"):
+            scope.jog(1, -0.008, 3.0)
+        assert scope.jog(1, -0.0085, 3.0)["eta_s"] < 6.0
+
+
+def test_a_fixed_place_is_reached_when_it_was_planned_and_not_said_not_to_settle(tmp_path):
+    with opened(tmp_path) as scope:
+        began = scope.clock.now()
+        arrived = scope.goto("altaz:150,70").json
+        assert scope.clock.now() - began < arrived["eta_s"] + 1.0
+        assert "settle" not in " ".join(event.text for event in scope.events())
+
+
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):
     with opened(tmp_path) as scope:
         assert scope.drive.set("pec_zero", "76").json["registers"]["pec_zero"]["text"] == "76"
