@@ -72,21 +72,18 @@ class Holding:
         if any(axis.slewing for axis in reading.axes) or moved_by_others(reading):
             self.end()
         elif self.rest is None:
-            unsure = min(reading.axes[0].uncertainty_counts, capabilities.rests_within)
-            self.rest = Rest(inside(self._planner.axes[0], reading.counts, capabilities, unsure))
+            self.rest = Rest(inside(self._planner.axes[0], reading.counts, capabilities))
         return self.rest
 
 
-def inside(
-    axis: Axis, counts: tuple[float, float], capabilities: Capabilities, unsure: float = 0.0
-) -> tuple[float, float]:
+def inside(axis: Axis, counts: tuple[float, float], capabilities: Capabilities) -> tuple[float, float]:
     """The place nearest to `counts` from which axis 1 can be held within its travel; `counts` itself if none is near.
 
-    It is held to the side from which it tracks, over `rests_within`, and known to `unsure` counts.
+    It is held to the side from which it tracks, over `rests_within`.
     """
     one, two = counts
     width = capabilities.rests_within
-    behind, ahead = width + unsure, width / _PARTS + unsure
+    behind, ahead = width, width / _PARTS
     low, high = sorted((axis.gearing.counts(axis.minimum), axis.gearing.counts(axis.maximum)))
     before, after = (behind, ahead) if capabilities.goes_on_at > 0.0 else (ahead, behind)
     place = min(max(one, low + before), high - after)

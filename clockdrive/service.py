@@ -15,6 +15,7 @@ from clockdrive.rotating import OPTIONS
 from clockdrive.run_calls import run_calls
 from clockdrive.slewing import Progress
 from clockdrive.telescope import Telescope
+from mounts.errors import StillMoving
 
 Emit = Callable[[Mapping[str, object]], object]
 
@@ -55,7 +56,7 @@ class Service:
             "rates": lambda args, _: telescope.rates(args["target"], args.get("at"), **_wishes(args)).json,
             "registers": lambda _args, _: {"ok": True, "registers": telescope.registers()},
             "status": lambda _args, _: telescope.status().json,
-            "stop": lambda _args, _: _done(telescope.stop),
+            "stop": lambda _args, _: _stopped(telescope),
             "sync": self._sync,
             "unpark": lambda _args, _: {"ok": True, "was_parked": telescope.unpark()},
         }
@@ -97,6 +98,15 @@ class Service:
 def _wishes(args: dict[str, Any]) -> dict[str, Any]:
     """Rates of one's own, and what the rotator is to hold, where a call has them."""
     return {name: args.get(name) for name in ("rate_arcsec_s", "rate_from", *OPTIONS)}
+
+
+def _stopped(telescope: Telescope) -> dict[str, object]:
+    """Stop; what a drive without a stop says is an answer, as nothing more can be done."""
+    try:
+        telescope.stop()
+    except StillMoving as moving:
+        return {"ok": True, "note": str(moving)}
+    return {"ok": True}
 
 
 def _done(work: Callable[[], None]) -> dict[str, object]:

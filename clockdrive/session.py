@@ -21,7 +21,7 @@ from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
 from mounts.drive import Drive, Reading, Telling
-from mounts.errors import DriveError, Unsynchronised
+from mounts.errors import DriveError, StillMoving, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
 from pointing.mount import Posture
@@ -399,6 +399,9 @@ class Session:
         """Stop; where that fails, every cycle tries again."""
         try:
             self.drive.stop(self.clock.now())
+        except StillMoving as moving:
+            self._must_stop = False
+            self.note("stopped", str(moving))
         except (DriveError, TransportError) as error:
             if not self._must_stop:
                 self.note("stop failed", f"{error}; tried again and again; the drive's own switch stops it as well")
@@ -572,16 +575,31 @@ class Session:
         return self.pursuit
 
     def stop(self) -> None:
-        """Stop everything, tracking included; a stop that does not reach the drive is tried again every cycle."""
+        """Stop everything, tracking included; a stop that does not reach the drive is tried again every cycle.
+
+        Raises
+        ------
+        StillMoving
+            All was done that can be: what is under way ends by itself.
+        DriveError, TransportError
+            It did not reach the drive.
+        """
         stands = self.doing in _AT_REST and not self._must_stop
         self.pursuit = None
         self._must_stop = True
         self.doing = self._at_rest()
-        self.drive.stop(self.clock.now())
+        try:
+            self.drive.stop(self.clock.now())
+        except StillMoving as moving:
+            self._stopped(f"by command: {moving}")
+            raise
+        self._stopped("" if stands else "by command")  # an interruption stops on its way out as well
+
+    def _stopped(self, said: str) -> None:
         self._must_stop = False
         self.now_doing(self.doing)
-        if not stands:  # an interruption stops on its way out as well
-            self.note("stopped", "by command")
+        if said:
+            self.note("stopped", said)
 
     def unpark(self) -> bool:
         """Allow motion again; return whether it was parked."""

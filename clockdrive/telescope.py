@@ -7,6 +7,7 @@
 import math
 import queue
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
@@ -57,6 +58,7 @@ from clockdrive.session import Session
 from clockdrive.slewing import Arrival, Progress, Report, Slewing
 from clockdrive.state import Event, StateStore
 from clockdrive.status import status_of
+from mounts.errors import StillMoving
 from pointing.errors import Unreachable
 from pointing.mount import Posture
 from pointing.pass_plan import PassPlan
@@ -332,7 +334,13 @@ class Telescope:
         return Answer({"ok": True, "seconds": moved.seconds, **shown})
 
     def stop(self) -> None:
-        """Stop everything at once, tracking included; jumps the queue."""
+        """Stop everything at once, tracking included; jumps the queue.
+
+        Raises
+        ------
+        StillMoving
+            A drive without a stop sends nothing more, and ends by itself what is under way: when, the text says.
+        """
 
         def stop() -> None:
             self._automatic.cancel()
@@ -890,7 +898,8 @@ class Telescope:
         try:
             return self._control.perform(steps)
         except KeyboardInterrupt:
-            self.stop()
+            with suppress(StillMoving):  # an event says so
+                self.stop()
             raise
 
     def _configured(self, name: str) -> tuple[float, float]:

@@ -13,5 +13,9 @@ class DriveRefused(DriveError):  # noqa: N818 - what the drive did
     """The drive is in a state in which it must not or cannot move: standby, alarm, undecided format."""
 
 
+class StillMoving(DriveRefused):
+    """A stop has done all that it can: what is under way ends by itself, and the text says when."""
+
+
 class WrongProtocol(DriveError):  # noqa: N818 - what was found at the other end
     """What answers at this link is not the drive of the configuration."""

@@ -155,7 +155,8 @@ def interruption_stops(telescope: Backend) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        telescope.call("stop")
+        if note := telescope.call("stop").get("note"):
+            print(f"clockdrive: {note}", file=sys.stderr)
         raise
 
 

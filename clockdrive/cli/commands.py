@@ -139,10 +139,13 @@ def flip(args: argparse.Namespace) -> None:
 def simple(args: argparse.Namespace) -> None:
     """Make a call that takes nothing and answers nothing."""
     with backend(args.config, args.command, keep_tracking=args.command != "stop") as telescope:
-        _show(args, telescope.call(args.command), lambda answer: f"{args.command}: {_DONE[answer.get('was_parked')]}")
+        _show(args, telescope.call(args.command), lambda answer: f"{args.command}: {_done(answer)}")
 
 
-_DONE = {None: "done", True: "done", False: "it was not parked; nothing is changed"}
+def _done(answer: Mapping[str, Any]) -> str:
+    if answer.get("was_parked") is False:
+        return "it was not parked; nothing is changed"
+    return str(answer.get("note", "done"))
 
 
 def sync(args: argparse.Namespace) -> None:

@@ -60,6 +60,8 @@ class BoxAxis:
     ) -> None:
         self.index = index
         self.sign = settings.signs[index]
+        self.north_falls = index == 1 and settings.north_reversed
+        """Whether the commands to the north turn it to smaller angles."""
         self.law = law
         self._settings = settings
         self._ticks = ticks
@@ -178,7 +180,8 @@ class BoxAxis:
         self.guided_until = begin + duration
 
     def stepped(self, steps: int, begin: float) -> None:
-        """Axis 2 makes single microsteps, signed."""
+        """Axis 2 makes single microsteps, signed: which way they go is the manual's, and may be the other one."""
+        self.widened(2.0 * abs(steps), begin)
         sign, duration = (1 if steps > 0 else -1), abs(steps) * FINE_STEP_S
         self.reckoning.moves(
             Motion(begin, duration, lambda seconds: sign * math.floor(seconds / FINE_STEP_S), suspends=False)
@@ -218,7 +221,7 @@ class BoxAxis:
     def abandon(self) -> None:
         """Send no further piece."""
         self.waiting.clear()
-        self.slew_ends = self.reckoning.ends
+        self.slew_ends = min(self.slew_ends, self.reckoning.ends)  # of a slew: a short move of holding is none
         self.aim = None
 
     def begun(self, time: float) -> list[float]:

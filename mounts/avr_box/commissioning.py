@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _COUNTS = 20.0  # encoder counts of a trial, by the configured gears
 _LOOSE = 0.2  # by which a way may differ from what is expected
 _SEEN_COUNTS = 6.0
+_SEEN_NORTH = 2  # of the 4.6 that a move of 5′ makes of 20 000 a turn
 REACH_DEG = 1.4
 BOUND_DEG = 2.0  # were the count halves, and the axis the other one
 
@@ -66,8 +67,25 @@ def _moves(bench: Bench) -> Steps[list[Finding]]:
     trials: list[Trial] = []
     for bit, falling in product((0, 1), (False, True)):
         trials += [(yield from _trial(bench, bit, ratio, falling=falling))]
+    senses = _senses(bench, trials)
+    north = yield from _north(bench, known=senses[1].verdict == "confirmed")
     bench.drive.give_back()
-    return [*found, *_axis_bit(bench, trials), *_count(bench, trials, ratio), *_senses(bench, trials)]
+    return [*found, *_axis_bit(bench, trials), *_count(bench, trials, ratio), *senses, north]
+
+
+def _north(bench: Bench, *, known: bool) -> Steps[Finding]:
+    """Which way `N` turns axis 2, as its encoder counts, where it is known which way that counts."""
+    subject, key, configured = "north", "drive.north_reversed", bench.configured("drive.north_reversed")
+    before: Told = bench.drive.asked_encoders()
+    yield bench.drive.north_trial() + 1.0
+    after: Told = bench.drive.asked_encoders()
+    made = after.pair.two - before.pair.two
+    if abs(made) < _SEEN_NORTH:
+        return Finding(subject, "untested", f"encoder 2 saw {made:+d} counts of a move of 5′; check its cable", key)
+    if not known:
+        return Finding(subject, "untested", f"`N` makes {made:+d} counts: first mend the sense of axis 2", key)
+    found = made < 0
+    return Finding(subject, judged(found == configured), f"`N` makes {made:+d} counts", key, configured, found)
 
 
 def _axis_bit(bench: Bench, trials: list[Trial]) -> list[Finding]:

@@ -16,6 +16,7 @@ from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
 from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
+from mounts.avr_box.runaway import FIVE_ARCMIN
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.slew_model import AvrSlewModel
 from mounts.avr_box.slew_table import laws
@@ -25,7 +26,7 @@ from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
 from mounts.avr_box.tick_watch import TickWatch
 from mounts.avr_box.tracking import RECHECK_S, Tracker
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveRefused, StillMoving, Unsynchronised
 from pointing.plan import Leading
 
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
@@ -302,7 +303,7 @@ class AvrBoxDrive:
 
         Raises
         ------
-        DriveRefused
+        StillMoving
             A piece is under way; says when it ends.
         """
         for axis in self.axes:
@@ -311,7 +312,7 @@ class AvrBoxDrive:
         left = {axis.index + 1: axis.slew_ends - time for axis in self.axes if axis.slew_ends > time}
         if left:
             ends = " and ".join(f"axis {number} ends its move" for number in left)
-            raise DriveRefused(_NO_STOP.format(ends, max(left.values())))
+            raise StillMoving(_NO_STOP.format(ends, max(left.values())))
 
     def power(self, *, on: bool) -> None:
         """Refuse: no command switches its motors.
@@ -385,6 +386,12 @@ class AvrBoxDrive:
         wire = half * self._settings.wire_per_half
         self._moves.send_trial(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
         return wire
+
+    def north_trial(self) -> float:
+        """Send `N`, likewise; return how many seconds it takes."""
+        self.supervision.on_trial = True
+        self._box.send(b"N")
+        return self.axes[1].duration(FIVE_ARCMIN[1])
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""

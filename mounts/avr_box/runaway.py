@@ -30,7 +30,8 @@ class Runaway(NamedTuple):
     @property
     def ending(self) -> bytes:
         """The move of 5′ against it."""
-        return ENDING[self.axis.index][self.rising is (self.axis.sign < 0)]
+        falls = self.rising is (self.axis.sign > 0)  # what ends it goes to smaller angles
+        return ENDING[self.axis.index][falls is self.axis.north_falls]
 
     def stands(self, first: Told, second: Told) -> bool:
         """Whether it did no more than it does by itself between two looks."""

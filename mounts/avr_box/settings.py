@@ -29,6 +29,8 @@ class AvrSettings:
         The value of the axis bit that means axis 2.
     guide_counts : int
         Timer counts by which `+` and `-` change the compare value.
+    north_reversed : bool
+        `>`, `N`, `n` and `D` turn axis 2 to smaller angles: its motor is wired the other way.
     pec : bool
         The box corrects its periodic error.
     encoder_counts_per_turn : int
@@ -45,6 +47,7 @@ class AvrSettings:
     move_count: MoveCount = "total"
     axis_bit: int = 1
     guide_counts: int = 4
+    north_reversed: bool = False
     pec: bool = False
     encoder_counts_per_turn: int = 20000
     longest_s: float = 30.0

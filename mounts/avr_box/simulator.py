@@ -106,7 +106,8 @@ class SimulatedAvrBox:
             self._move(arguments)
         else:
             axis = 0 if letter in "EW" else 1
-            self._begin(axis, _FIVE_ARCMIN[axis], 1 if letter in "WNn" else -1, _QUARTER if letter in "ns" else 1)
+            up = (letter in "WNn") is not (axis == 1 and self.settings.north_reversed)
+            self._begin(axis, _FIVE_ARCMIN[axis], 1 if up else -1, _QUARTER if letter in "ns" else 1)
         return b""
 
     def _set(self, letter: str, number: int) -> None:
@@ -118,12 +119,13 @@ class SimulatedAvrBox:
             self.zero = number % BINS
 
     def _guide(self, letter: str, number: int) -> None:
+        north = -1 if self.settings.north_reversed else 1
         if letter == "D":
-            self._fine = (1, 1, 0)
+            self._fine = (1, north, 0)
         elif letter in "+-" and self.flags & FLAGS["ra_guiding"]:
             self._guiding = (number, 1 if letter == "+" else -1)
         elif letter in "<>" and self.flags & FLAGS["dec_guiding"]:
-            self._fine = (number, 1 if letter == ">" else -1, 0)
+            self._fine = (number, north if letter == ">" else -north, 0)
 
     def _move(self, arguments: bytes) -> None:
         count, last = int.from_bytes(arguments[:4], "little"), arguments[4]

@@ -21,6 +21,8 @@ class SimulatorSettings:
         Timer counts by which `+` and `-` change the compare value.
     reversed1, reversed2 : bool
         A positive move of `M` turns the axis to smaller angles. Tracking always turns axis 1 westward.
+    north_reversed : bool
+        `>`, `N`, `n` and `D` turn axis 2 to smaller angles, `<`, `S` and `s` to larger ones.
     encoder_reversed1, encoder_reversed2 : bool
         An encoder counts against its axis.
     encoder_counts_per_turn : int
@@ -44,6 +46,7 @@ class SimulatorSettings:
     guide_counts: int = 4
     reversed1: bool = False
     reversed2: bool = False
+    north_reversed: bool = False
     encoder_reversed1: bool = False
     encoder_reversed2: bool = False
     encoder_counts_per_turn: int = 20000

@@ -118,7 +118,8 @@ class Tracker:
             return busy
         ahead, wanted = _ahead(axis, path, now)
         if steps := following.single_steps(ahead):
-            command = commands.north(steps) if steps > 0 else commands.south(-steps)
+            north = (steps > 0) is not axis.north_falls
+            command = commands.north(abs(steps)) if north else commands.south(abs(steps))
             axis.stepped(steps * axis.sign, self._box.send(command))
         elif abs(ahead) >= 1.0:
             self._moves.send_short(axis, round(-ahead / 2.0) * axis.sign)

@@ -36,16 +36,16 @@ def drive(onwards=1.0):
     [
         (0.0, 1.0, 0.0),
         (169.8, 1.0, 0.0),
-        (170.0, 1.0, -WIDTH / 8 - 100.0),  # some seconds of tracking are left before the limit ahead
-        (-170.0, 1.0, WIDTH + 100.0),  # and the width of the holding before the one behind
-        (170.0, -1.0, -WIDTH - 100.0),
-        (-170.0, -1.0, WIDTH / 8 + 100.0),
+        (170.0, 1.0, -WIDTH / 8),  # some seconds of tracking are left before the limit ahead
+        (-170.0, 1.0, WIDTH),  # and the width of the holding before the one behind
+        (170.0, -1.0, -WIDTH),
+        (-170.0, -1.0, WIDTH / 8),
         (172.0, 1.0, 0.0),  # it is led back over no such way
         (-172.0, 1.0, 0.0),
     ],
 )
 def test_a_place_is_moved_by_as_little_as_keeps_the_holding_within_the_travel(degrees, onwards, moved):
-    one, two = inside(axis(), (degrees * DEGREE, 5.0), drive(onwards), 100.0)
+    one, two = inside(axis(), (degrees * DEGREE, 5.0), drive(onwards))
     assert one - degrees * DEGREE == pytest.approx(moved, abs=1.0)
     assert two == 5.0
 

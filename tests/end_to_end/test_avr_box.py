@@ -12,6 +12,7 @@ from telescope_bench import T0, Witness, star_at
 
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
+from clockdrive.service import Service
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
@@ -176,6 +177,32 @@ def test_stop_says_when_the_move_ends_and_the_telescope_rests_after_it(tmp_path)
         assert scope.clock.now() - T0 < 120.0
 
 
+def test_a_stop_that_did_all_it_can_is_an_answer_and_is_not_tried_again(tmp_path):
+    with opened(tmp_path) as scope:
+        slews = scope._slewing.goto(star_at(scope, 60.0, 50.0), lambda _: None)
+        for _ in range(12):
+            next(slews)
+            scope.clock.sleep(0.25)
+        answer = Service(scope)("stop", {}, lambda _: None)
+        slews.close()
+        scope.wait(5.0)
+        said = " ".join(event.text for event in scope.events())
+        assert answer["ok"]
+        assert re.search(r"ends its move.*in \d+\.\d s, and no further move is sent", answer["note"])
+        assert answer["note"] in said
+        assert "again" not in said
+
+
+def test_a_stop_at_rest_does_not_mind_the_move_that_holds_it(tmp_path):
+    with opened(tmp_path) as scope:
+        axis = scope._session.drive.axes[0]
+        while scope.clock.now() > axis.reckoning.ends:
+            scope.wait(0.5)
+        assert axis.at(scope.clock.now()).moving
+        scope.stop()
+        assert scope.status().json["trouble"] == ""
+
+
 def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
     clock = VirtualClock(T0)
     with opened(tmp_path, clock) as scope:
@@ -197,6 +224,7 @@ def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
         {"simulator.axis_bit": 0},
         {"simulator.reversed1": True},
         {"simulator.reversed2": True},
+        {"simulator.reversed2": True, "simulator.north_reversed": True},
         {"simulator.encoder_reversed1": True},
         {"simulator.encoder_reversed2": True},
         {"simulator.encoder_counts_per_turn": 10000},
@@ -282,6 +310,21 @@ def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
         assert two["lag_arcsec"] == pytest.approx(11.0, abs=0.5)
         assert scope.rates(star, rate_arcsec_s=(0.0, 100.0)).json["axes"][1]["lag_arcsec"] is None
         assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
+
+
+def test_a_jog_so_slow_that_tracking_would_outrun_it_is_refused_with_its_least_speed(tmp_path):
+    with opened(tmp_path) as scope:
+        with pytest.raises(Refused, match=r"at half of 0\.00834°/s, so it goes at no less"):
+            scope.jog(1, -0.008, 3.0)
+        assert scope.jog(1, -0.0085, 3.0)["eta_s"] < 6.0
+
+
+def test_a_fixed_place_is_reached_when_it_was_planned_and_not_said_not_to_settle(tmp_path):
+    with opened(tmp_path) as scope:
+        began = scope.clock.now()
+        arrived = scope.goto("altaz:150,70").json
+        assert scope.clock.now() - began < arrived["eta_s"] + 1.0
+        assert "settle" not in " ".join(event.text for event in scope.events())
 
 
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):

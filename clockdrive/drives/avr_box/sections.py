@@ -16,6 +16,7 @@ class AvrDrive(DriveSection):
     move_count: Literal["total", "half"]
     axis_bit: int
     guide_counts: int
+    north_reversed: bool
     pec: bool
     encoder_counts_per_turn: int
     max_uninterruptible_s: float
@@ -41,6 +42,7 @@ class AvrSimulator(SimulatorSection):
     guide_counts: int
     reversed1: bool
     reversed2: bool
+    north_reversed: bool
     encoder_reversed1: bool
     encoder_reversed2: bool
     busy: Literal["restart", "ignore"]

@@ -37,6 +37,7 @@ def _settings(configuration: Configuration) -> SimulatorSettings:
         **given
         | {
             "reversed1": section.reversed1 != one.reversed,
+            "north_reversed": section.north_reversed != drive_of(configuration).north_reversed,
             "reversed2": section.reversed2 != two.reversed,
             "encoder_counts_per_turn": section.encoder_counts_per_turn
             or drive_of(configuration).encoder_counts_per_turn,

@@ -1,5 +1,6 @@
 """The driver against the stepped box: where it lands and when, how it tracks, how it holds, what it refuses."""
 
+import copy
 import math
 import os
 import random
@@ -28,12 +29,15 @@ from mounts.avr_box.commands import COMMANDS, AvrBoxError
 from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
 from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
 from mounts.avr_box.pec import PeriodicError, table
+from mounts.avr_box.runaway import Runaway
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import NoAnswer
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 SLEWS = 500 if FULL else 2
+MOMENT_S = 1e-4
+EARLY_S = 0.02  # by which axis 2 lands sooner where the last pieces of both are due at once
 
 
 def test_a_box_new_at_its_park_position_is_synchronised_and_said_to_track():
@@ -61,17 +65,22 @@ UNITS = {
 @pytest.mark.parametrize("ppm", [0.0, 60.0])
 def test_a_slew_lands_within_a_microstep_at_the_time_that_was_predicted(ways, ppm):
     settings = replace(SETTINGS, **ways)
-    rng, worst, late = random.Random(str(ways)), [0.0, 0.0], -1.0  # noqa: S311
+    rng, worst, late, early = random.Random(str(ways)), [0.0, 0.0], -1.0, 1.0  # noqa: S311
     for _ in range(SLEWS):
         off, behind = landed(settings, ppm, rng)
         worst, late = [max(pair) for pair in zip(worst, off, strict=True)], max(late, behind)
-    print(f"\n{SLEWS} slews: {worst[0]:.2f} and {worst[1]:.2f} microsteps off at worst, {late * 1e3:.3f} ms late")
-    assert late < 1e-5
+        early = min(early, behind)
+    print(
+        f"\n{SLEWS} slews: {worst[0]:.2f} and {worst[1]:.2f} microsteps off at worst, the motors stand from "
+        f"{early * 1e3:+.1f} to {late * 1e3:+.1f} ms after the predicted moment"
+    )
+    assert late <= MOMENT_S + 1e-5
+    assert early > -EARLY_S
     assert max(worst) <= 1.0 + 1e-3  # POSIX seconds are known to 0.2 µs, in which tracking makes 1e-4 microsteps
 
 
 def landed(settings, ppm, rng):
-    """One slew of a box whose crystal is known: microsteps off at the predicted moment, seconds late."""
+    """One slew of a box whose crystal is known: microsteps off when predicted, seconds that its motors are late."""
     unit = like(
         slew_table=settings.slew_table,
         move_count=settings.move_count,
@@ -102,11 +111,22 @@ def landed(settings, ppm, rng):
         bench.read()
         bench.clock.sleep(min(0.25, max(0.02, predicted - 0.3 - bench.clock.now())))
     bench.read()
+    stands = stands_from(bench.box, bench.clock.now())
     bench.clock.sleep(predicted + 1e-6 - bench.clock.now())
     waited = bench.clock.now() - began
     wanted = targets[0] + rates[0] * (waited - durations[0]), targets[1]
     off = [abs(true - want) for true, want in zip(bench.true(), wanted, strict=True)]
-    return off, max(axis.slew_ends for axis in bench.drive.axes) - predicted
+    return off, stands - predicted
+
+
+def stands_from(box, time):
+    """The moment from which on neither motor slews, by the box's own timers: at most `MOMENT_S` later."""
+    ahead = copy.deepcopy(box)
+    ahead.advance(time)
+    while any(ahead.moving):
+        time += MOMENT_S
+        ahead.advance(time)
+    return time
 
 
 def test_thirty_minutes_of_tracking_stay_within_an_arcsecond_at_one_command_every_twenty_seconds():
@@ -371,3 +391,22 @@ def test_motors_and_free_speeds_are_refused_with_what_there_is_instead():
         bench.drive.power(on=False)
     with pytest.raises(DriveRefused, match="jog"):
         bench.drive.move_at((1.0, 1.0), T0)
+
+
+def test_a_second_motor_that_is_wired_the_other_way_tracks_where_both_its_senses_are_configured():
+    settings = replace(SETTINGS, signs=(1, -1), north_reversed=True)
+    bench = Bench(settings, like(reversed2=True, north_reversed=True))
+    bench.connect()
+    path = Line((bench.read().axes[0].counts, 0.0), (SIDEREAL, 1.5), bench.clock.now())
+    bench.follow(path, 300.0)
+    off = abs(bench.true()[1] - path.at(bench.clock.now())[1][0]) * DEC_ARCSEC
+    print(f"\naxis 2 is {off:.2f}″ off its path after 5 min")
+    assert off < 1.0
+
+
+def test_a_runaway_of_a_second_motor_that_is_wired_the_other_way_is_ended_against_its_way():
+    settings = replace(SETTINGS, signs=(1, -1), north_reversed=True)
+    axis = Bench(settings).drive.axes[1]
+    assert [Runaway(axis, axis.encoder, rising).ending for rising in (False, True)] == [b"N", b"S"]
+    axis = Bench(replace(SETTINGS, north_reversed=True)).drive.axes[1]
+    assert [Runaway(axis, axis.encoder, rising).ending for rising in (False, True)] == [b"S", b"N"]

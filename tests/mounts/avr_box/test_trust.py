@@ -47,6 +47,7 @@ OPPOSITE = {
     "axis bit": {"axis_bit": 0},
     "reversed": {"reversed1": True, "reversed2": True},
     "slew table": {"slew_table": coarser_table()},
+    "north": {"north_reversed": True},
     "guide counts": {"guide_counts": 8},
     "busy": {"busy": "ignore"},
     "crystal": {"clock_drift_ppm": 90.0},
@@ -63,7 +64,7 @@ def test_an_assumption_that_is_wrong_is_within_what_every_reading_states_or_leav
     bench.connect()
     watch = Watch(bench.box, bench.drive)
     bench.slew(200_000.0, -100_000.0)
-    path = Line((bench.read().axes[0].counts, -100_000.0), (SIDEREAL, 0.0), bench.clock.now())
+    path = Line((bench.read().axes[0].counts, -100_000.0), (SIDEREAL, 0.7), bench.clock.now())
     bench.follow(path, 300.0)
     print(f"\n{watch.readings} readings, {watch.ratio:.2f} of what was stated")
     assert watch.readings
