@@ -38,7 +38,7 @@ ADDRESSES = ("AZ", "ALT", "ROT")
 
 
 class Exchange(NamedTuple):
-    """What was said to one controller: when, whether its whole answer came back, and whether it flushed the buffer."""
+    """What was said to one controller: when, whether all of its answer came, and whether it flushed the buffer."""
 
     time: float
     came: bool
