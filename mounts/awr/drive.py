@@ -41,6 +41,10 @@ _LEAST_FOLLOW_S = 0.5
 _CLOSING = 2.0  # times sidereal, at which an axis is led back to its path at most
 _COOKIE_EVERY_S = 10.0
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
+STEPPED = (
+    "the clock of the computer was set by {:+.1f} s while keys were held, which were released; check the time "
+    "service, then `sync` on a known star"
+)
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -257,12 +261,14 @@ class AwrDrive:
         self._take_events()
         if self.supervision.was_reset:
             self._began_anew()
+        self._check_clock()
         if (self.supervision.unsynchronised or self.supervision.stopped) and (
             self._aims is not None or self._jog is not None or self.keys.busy
         ):
             self._give_up()
         if self._drives.in_doubt and not self.keys.busy:
             self._drives.resolve()
+        self._follow_clock()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
@@ -273,6 +279,25 @@ class AwrDrive:
         self.unit.listen(self.unit.now())
         self.keys.take(self.unit.events(Moving))
         self.supervision.take(self.unit.events(*_OTHERS))
+
+    def _check_clock(self) -> None:
+        """Keys are not held on while the computer's clock is set: their target was another."""
+        step = self.unit.clock_step
+        if step and (self._aims is not None or self._jog is not None or self.keys.busy):
+            self._lose(STEPPED.format(step))
+
+    def _follow_clock(self) -> None:
+        """At rest go by the computer's clock as it is set now; the axes are where they were."""
+        if self._aims is not None or self._jog is not None or self.keys.busy or self._drives.in_doubt:
+            return
+        before = self.unit.now()
+        here = [axis.at(before) for axis in self.axes]
+        off = self.unit.follow_clock()
+        if off:
+            for axis, was in zip(self.axes, here, strict=True):
+                axis.known(was.counts, before + off, was.uncertainty)
+                axis.drives_at(axis.rate, before + off)
+            self._cookie_asked += off
 
     def _began_anew(self) -> None:
         """After a reset its words are the non-volatile ones, and no key is pressed."""
@@ -338,7 +363,8 @@ class AwrDrive:
         self._require_ready()
         if self.keys.busy:
             self.keys.halt()
-        self._jog = None
+        self._jog = self._aims = None
+        self._follow_clock()
         self._beside.stand_by()
         one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
@@ -446,6 +472,7 @@ class AwrDrive:
         Unsynchronised, DriveRefused, AwrError, TransportError
             As for `start`.
         """
+        self._check_clock()
         self._require_ready()
         self.keys.require_hearing()
         stage = held_at(self._pace.present, rates)

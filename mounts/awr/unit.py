@@ -24,6 +24,7 @@ from mounts.awr.registers import (
     supported,
     version_of,
 )
+from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
 from transports.link import Clock, Link
@@ -107,6 +108,18 @@ class Unit:
     def now(self) -> float:
         """POSIX seconds, by the clock of the link."""
         return self._clock.now()
+
+    @property
+    def clock_step(self) -> float:
+        """Seconds by which the computer's clock was set while this one went on; 0 where it was not."""
+        return self._clock.step() if isinstance(self._clock, SteadyClock) else 0.0
+
+    def follow_clock(self) -> float:
+        """Go by the computer's clock as it is now; return by how many seconds that differs from before."""
+        off = self._clock.follow() if isinstance(self._clock, SteadyClock) else 0.0
+        self._listened += off
+        self._heard += off
+        return off
 
     # What it says by itself ------------------------------------------------------------------------------------
 
