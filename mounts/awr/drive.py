@@ -88,7 +88,7 @@ class AwrDrive:
             self.keys.remember_delay(kept.delay_s)
         self._pace = Pace(unit, self.words, settings)
         self._drives = DriveRates(unit, self.words, self.axes)
-        self.hand = ByHand(unit, self.words, self.keys)
+        self.hand = ByHand(unit, self.words, self.keys, self._drives)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -560,9 +560,11 @@ class AwrDrive:
         AwrError, DriveRefused, TransportError
             Nothing was written; the unit does not do it.
         """
-        names = self.hand.commit()
-        self._words_changed()
-        return names
+        try:
+            return self.hand.commit()
+        finally:
+            self._pace.forget()
+            self._remember(self.memory)
 
     def discard(self) -> None:
         """Have soft writes forgotten: the drives go as the non-volatile words say, and are stopped at once.

@@ -36,6 +36,11 @@ class Register:
         return self.kind in {"counts", "flags"}
 
     @property
+    def is_counts(self) -> bool:
+        """Whether it holds the counts of a rate."""
+        return self.kind == "counts"
+
+    @property
     def writable(self) -> bool:
         """Whether a host may write it."""
         return self.address not in NEVER_WRITTEN and self.kind != "reserved"

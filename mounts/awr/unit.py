@@ -329,8 +329,8 @@ class Unit:
         """
         self._plain(commands.COMMIT, tries=1)
 
-    def discard(self) -> None:
-        """Have all soft writes forgotten.
+    def discard(self) -> float:
+        """Have all soft writes forgotten; return the POSIX time at which it was heard.
 
         Raises
         ------
@@ -338,6 +338,7 @@ class Unit:
             The unit refuses, or does not answer.
         """
         self._plain(commands.DISCARD)
+        return self._sent + self.delay_s
 
     def relay(self, number: int, *, on: bool) -> None:
         """Switch a relay.

@@ -1,0 +1,56 @@
+"""Words that a person writes in RAM and commits: what is kept for good, and that the position is kept meanwhile."""
+
+import pytest
+from awr_bench import SIDEREAL, Bench
+
+from mounts.awr.simulator_settings import SimulatorSettings
+
+
+def next_program(bench):
+    """The same unit in the hands of a program that begins with what the last one remembered."""
+    again = Bench(memory=dict(bench.kept), clock=bench.clock)
+    again.awr = again.line.device = bench.awr
+    return again
+
+
+@pytest.mark.parametrize("rates", [(0.0, 0.0), (2.4 * SIDEREAL, 30.0)], ids=["at rest", "tracking"])
+def test_a_commit_keeps_the_position(rates):
+    bench = Bench()
+    bench.connect(make_safe=True)
+    bench.slew(200.0, 200.0, rates=rates)
+    before = bench.off()
+    bench.drive.soft_write("guide_up_counts", 50000)
+    assert bench.drive.commit() == ("guide_up_counts",)
+    bench.clock.sleep(60.0)
+    bench.read()
+    moved = [abs(now - then) for now, then in zip(bench.off(), before, strict=True)]
+    print(f"\n{max(moved):.2f} steps off by a commit")
+    assert max(moved) < 0.5
+    assert dict(bench.awr.wear) == {0x05: 1}
+    assert [axis.rate for axis in bench.drive.axes] == pytest.approx(rates, rel=1e-3)
+
+
+def test_a_drive_that_a_person_sets_is_reckoned_from_when_it_was_heard_and_reload_takes_it_back():
+    bench = Bench()
+    bench.connect()
+    for name, value in (("drive_dec_counts", 20000), ("drive_dec_flags", 0x0103)):
+        bench.drive.soft_write(name, value)
+        bench.clock.sleep(5.0)
+        bench.read()
+    assert bench.drive.axes[1].rate
+    bench.drive.discard()
+    bench.clock.sleep(5.0)
+    bench.read()
+    assert max(map(abs, bench.off())) < 0.5
+
+
+def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ram():
+    bench = Bench(unit=SimulatorSettings(reads_ram=False))
+    bench.connect()
+    bench.slew(3000.0, 3000.0, rates=(40.0, 5.0))
+    bench.drive.close(bench.clock.now(), keep_tracking=True)
+    again = next_program(bench)
+    again.connect()
+    again.drive.soft_write("guide_up_counts", 50000)
+    again.drive.commit()
+    assert dict(bench.awr.wear) == {0x05: 1}
