@@ -25,7 +25,7 @@ from mounts.awr.pace import Pace
 from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, Supervision
+from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
@@ -191,10 +191,8 @@ class AwrDrive:
         note = self.unit.identify()
         self._own_notes = (f"firmware {self.unit.version}", *((note,) if note else ()))
         self.words.read()
-        speeds = self.words.speeds
         self._check_past(time)
-        for axis, rate in zip(self.axes, speeds.drives, strict=True):
-            axis.drives_at(rate, time)
+        self._drives.as_the_words_say(time)
         if make_safe:
             self._rest()
         self._ask_status(time)
@@ -214,6 +212,7 @@ class AwrDrive:
         self.supervision.relays = status.relays
         if status.override != self.supervision.stopped:
             self.supervision.take([Happened(Override(stopped=status.override), time)])
+            self._drives.held(time, stopped=self.supervision.stopped)
 
     def _check_past(self, time: float) -> None:
         """Whether the unit is as it was left."""
@@ -228,6 +227,8 @@ class AwrDrive:
         if not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
             self._lose(SWITCHED)
         away = time - kept.time
+        if away < 0.0:
+            self._lose(TURNED_BACK.format(-away))
         if math.isfinite(away) and away > 0.0 and not self.supervision.unsynchronised and self.axes[0].rate:
             told = f"the drives went on for {away:.0f} s while no program looked"
             self._own_notes = (*self._own_notes, told)
@@ -272,7 +273,11 @@ class AwrDrive:
     def _take_events(self) -> None:
         self.unit.listen(self.unit.now())
         self.keys.take(self.unit.events(Moving))
-        self.supervision.take(self.unit.events(*_OTHERS))
+        told = self.unit.events(*_OTHERS)
+        self.supervision.take(told)
+        for each in told:
+            if isinstance(each.event, Override):
+                self._drives.held(each.time, stopped=each.event.stopped)
 
     def _began_anew(self) -> None:
         """After a reset its words are the non-volatile ones, and no key is pressed."""
@@ -281,10 +286,10 @@ class AwrDrive:
         self.words.ram = dict(self.words.lasting)
         self.keys.speed = None
         now = self.unit.now()
-        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
+        for axis in self.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
-            axis.drives_at(rate, now)
+        self._drives.as_the_words_say(now)
         self._pace.forget()
         self._cookie = self.words.bake()
 
@@ -322,8 +327,7 @@ class AwrDrive:
     def _require_ready(self) -> None:
         if self.supervision.unsynchronised:
             raise Unsynchronised(self.supervision.unsynchronised)
-        if self.supervision.stopped:
-            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        self.supervision.require_free()
         if wrong := self.words.usual.contradiction():
             raise DriveRefused(wrong)
 
@@ -468,8 +472,9 @@ class AwrDrive:
         Raises
         ------
         DriveRefused
-            Keys move it.
+            Keys move it; the override holds it, and nobody knows when it will go on.
         """
+        self.supervision.require_free()
         if self.keys.busy:
             raise DriveRefused("keys move the axes: `sync` when they have come to rest")
         now = self.unit.now()

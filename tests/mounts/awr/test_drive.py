@@ -120,6 +120,7 @@ def test_what_voids_dead_reckoning_makes_it_unsynchronised_until_sync(what, why,
     with pytest.raises(Unsynchronised, match="sync"):
         bench.drive.start([AxisSlew(0.0), AxisSlew(0.0)], bench.clock.now())
     bench.awr.override(stopped=False)
+    bench.clock.sleep(0.1)
     bench.read()
     bench.drive.sync((10.0, 20.0), bench.clock.now())
     reading = bench.read()
@@ -289,3 +290,39 @@ def test_a_commit_that_a_damaged_command_made_is_noticed():
     bench.clock.sleep(11.0)
     bench.read()
     assert any("nobody asked to commit" in note for note in bench.drive.notes)
+
+
+def test_a_sync_is_refused_while_the_override_holds_and_both_axes_are_reckoned_at_rest_until_it_is_lifted():
+    bench = Bench()
+    bench.connect()
+    bench.awr.override(stopped=True)
+    bench.clock.sleep(1.0)
+    reading = bench.read()
+    assert reading.limits == ("override",)
+    assert [axis.rate for axis in reading.axes] == [0.0, 0.0]
+    before = bench.off()
+    bench.clock.sleep(60.0)
+    bench.read()
+    assert bench.off() == pytest.approx(before, abs=0.01)
+    with pytest.raises(DriveRefused, match="override button"):
+        bench.drive.sync((0.0, 0.0), bench.clock.now())
+    bench.awr.override(stopped=False)
+    bench.clock.sleep(1.0)
+    bench.read()
+    bench.drive.sync(bench.true(), bench.clock.now())
+    bench.clock.sleep(60.0)
+    reading = bench.read()
+    assert reading.tracking
+    assert not reading.unsynchronised
+    assert max(map(abs, bench.off())) < 0.5
+
+
+def test_a_clock_that_was_turned_back_between_two_programs_makes_it_unsynchronised():
+    bench = Bench()
+    bench.connect()
+    bench.slew(5e4, 2e4)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    again = Bench(memory=memory | {"time": memory["time"] + 60.0}, clock=bench.clock)
+    again.awr = again.line.device = bench.awr
+    assert "60 s earlier than when the position was kept" in again.connect().unsynchronised
