@@ -85,7 +85,7 @@ class ByHand:
         wanted = {a: v for a, v in self._written.items() if self._words.lasting.get(a) != v}
         if not wanted:
             raise AwrError("nothing was soft-written since the last commit: `drive set NAME VALUE` first")
-        before = {a: v for a, v in self._words.ram.items() if self._words.lasting.get(a) != v}
+        before = self._words.changed
         try:
             self._drives.discard()
             for address, value in wanted.items():

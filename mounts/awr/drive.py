@@ -25,7 +25,7 @@ from mounts.awr.pace import Pace
 from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, Supervision
+from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, UNTOLD, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
@@ -79,6 +79,7 @@ class AwrDrive:
         for axis, was in zip(self.axes, kept.axes, strict=True):
             axis.drives_at(was.rate, seen)
         self.words = Words(unit, settings)
+        self.words.ram = dict(kept.ram)
         self.supervision = Supervision(
             kept.unsynchronised, lambda time: one.at(time).counts, lambda: self.words.last_rate, kept.index
         )
@@ -89,6 +90,7 @@ class AwrDrive:
         self._pace = Pace(unit, self.words, settings)
         self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys, self._drives)
+        self.hand.recall(kept.written)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -165,6 +167,8 @@ class AwrDrive:
             delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
+            ram=self.words.changed,
+            written=self.hand.written,
         ).as_json()
 
     @property
@@ -192,6 +196,8 @@ class AwrDrive:
         self._own_notes = (f"firmware {self.unit.version}", *((note,) if note else ()))
         self.words.read()
         self._check_past(time)
+        self.words.insist()
+        self.hand.recall(self.hand.written)
         self._drives.as_the_words_say(time)
         if make_safe:
             self._rest()
@@ -224,7 +230,9 @@ class AwrDrive:
             )
         if not lost and kept.calibration not in {None, self.words.calibration}:
             self._lose(RECALIBRATED)
-        if not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
+        if not lost and kept.cookie is not None and not self.words.tells_ram:
+            self._lose(UNTOLD)
+        elif not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
             self._lose(SWITCHED)
         away = time - kept.time
         if away < 0.0:
@@ -284,6 +292,7 @@ class AwrDrive:
         self.supervision.was_reset = False
         self._give_up()
         self.words.ram = dict(self.words.lasting)
+        self.hand.forget()
         self.keys.speed = None
         now = self.unit.now()
         for axis in self.axes:
@@ -555,6 +564,7 @@ class AwrDrive:
         before = shown(register, self.words.ram.get(register.address, 0))
         self.hand.set_word(register, value)
         self._words_changed()
+        self._remember(self.memory)
         return before
 
     def commit(self) -> tuple[str, ...]:
@@ -586,6 +596,7 @@ class AwrDrive:
             self._rest()
         self.supervision.rates_are_sound()
         self._cookie = self.words.bake()
+        self._remember(self.memory)
 
     def switch_relay(self, number: int, *, on: bool) -> None:
         """Switch a relay.

@@ -24,6 +24,10 @@ TURNED_BACK = (
     "set it, then `sync` on a known star"
 )
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
+UNTOLD = (
+    "this unit does not tell what its RAM holds, so nobody knows whether it was switched off while no program "
+    "listened: `sync` on a known star, and leave `clockdrive run` running from then on"
+)
 COMMITTED = (
     "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
     "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"

@@ -3,6 +3,7 @@
 import pytest
 from awr_bench import SIDEREAL, Bench
 
+from mounts.awr.errors import AwrError
 from mounts.awr.simulator_settings import SimulatorSettings
 
 
@@ -54,3 +55,57 @@ def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ra
     again.drive.soft_write("guide_up_counts", 50000)
     again.drive.commit()
     assert dict(bench.awr.wear) == {0x05: 1}
+
+
+@pytest.mark.parametrize("reads_ram", [True, False])
+def test_the_next_program_commits_what_one_before_it_was_told_to_write(reads_ram):
+    bench = Bench(unit=SimulatorSettings(reads_ram=reads_ram))
+    bench.connect(make_safe=True)
+    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    looking = next_program(bench)
+    looking.connect()
+    looking.drive.close(bench.clock.now(), keep_tracking=False)
+    again = next_program(looking)
+    again.connect()
+    assert again.drive.commit() == ("guide_up_counts",)
+    assert dict(bench.awr.wear) == {0x05: 1}
+    last = next_program(again)
+    last.connect()
+    with pytest.raises(AwrError, match="nothing was soft-written"):
+        last.drive.commit()
+
+
+def test_what_was_written_before_the_power_was_cut_is_committed_by_nobody():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    bench.awr.ram = dict(bench.awr.lasting)
+    again = next_program(bench)
+    assert "switched off and on" in again.connect().unsynchronised
+    with pytest.raises(AwrError, match="nothing was soft-written"):
+        again.drive.commit()
+
+
+@pytest.mark.parametrize("cut", [False, True], ids=["on", "off and on"])
+def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchronised(cut):
+    bench = Bench(unit=SimulatorSettings(reads_ram=False))
+    bench.connect(make_safe=True)
+    bench.slew(3000.0, 3000.0)
+    bench.drive.stop(bench.clock.now())
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    if cut:
+        bench.awr.ram = dict(bench.awr.lasting)
+        bench.awr._aim()
+    bench.clock.sleep(60.0)
+    again = next_program(bench)
+    assert "does not tell what its RAM holds" in again.connect().unsynchronised
+    again.drive.sync(again.true(), again.clock.now())
+    again.clock.sleep(600.0)
+    reading = again.read()
+    assert not reading.tracking
+    assert not reading.unsynchronised
+    assert max(map(abs, again.off())) < 0.5
+    again.slew(2000.0, 1000.0)
+    assert max(map(abs, again.off())) < 3.0
