@@ -17,6 +17,7 @@ from mounts.awr.registers import (
     EARLIEST,
     RAM,
     REGISTERS,
+    SURE,
     VERSION,
     WITH_STATUS,
     Register,
@@ -287,7 +288,8 @@ class Unit:
         word = self._surely(VERSION)
         if word is None:
             raise WrongProtocol(
-                f"{self.name}: it does not tell its VERSION: check the link, 9600 baud, 8N1, and [drive] kind"
+                f"{self.name}: it does not tell its VERSION: check the link, 9600 baud, 8N1, and [drive] kind; "
+                f"firmware before {SURE} may speak without packets"
             )
         try:
             self.version = version_of(word)

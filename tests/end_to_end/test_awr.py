@@ -232,7 +232,7 @@ def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tm
         assert told == "rate_reference" or not scope.status().json["synchronised"]
 
 
-@pytest.mark.parametrize(("firmware", "said"), [(0.12, "speaks without packets"), (0.59, "")])
+@pytest.mark.parametrize(("firmware", "said"), [(0.12, "older than the packets"), (0.59, "")])
 def test_old_firmware_is_named_or_driven(tmp_path, firmware, said):
     if said:
         with pytest.raises(DriveError, match=said), opened(tmp_path, simulator__firmware=firmware):
