@@ -4,10 +4,12 @@ A write whose answer is lost leaves it open which rate is in force; the words ar
 axis may have gone meanwhile is added to its uncertainty.
 """
 
+import math
+
 from mounts.awr.axis import AwrAxis
 from mounts.awr.registers import BY_NAME, Flags, Register
 from mounts.awr.speeds import DRIVES, RateWords
-from mounts.awr.unit import Unit
+from mounts.awr.unit import PACKET_S, Unit
 from mounts.awr.words import Words
 from mounts.errors import DriveError
 from transports.errors import TransportError
@@ -94,7 +96,7 @@ class DriveRates:
         except (TransportError, DriveError):
             self._doubt(index, asked, self._words.speeds.of(new))
             raise
-        self._goes(self._axes[index], self._words.speeds.drives[index], heard)
+        self._goes(self._axes[index], self._words.speeds.drives[index], heard, asked)
 
     def discard(self) -> None:
         """Have all soft writes forgotten: both axes go on at what the non-volatile words say.
@@ -112,7 +114,8 @@ class DriveRates:
                 self._doubt(index, asked, rate)
             raise
         self._words.ram = dict(self._words.lasting)
-        self.as_the_words_say(heard)
+        for axis, rate in zip(self._axes, self._words.speeds.drives, strict=True):
+            self._goes(axis, rate, heard, asked)
 
     def resolve(self) -> None:
         """Read the words of drives that are in doubt.
@@ -137,7 +140,8 @@ class DriveRates:
         new = self._words.speeds.of(words)
         try:
             for went, since in self._words.drive_at(index, words):
-                self._goes(axis, self._words.speeds.of(went), since)
+                self._goes(axis, self._words.speeds.of(went), since, asked)
+                asked = since
         except (TransportError, DriveError):
             self._doubt(index, asked, new)
             raise
@@ -145,5 +149,11 @@ class DriveRates:
     def _doubt(self, index: int, since: float, new: float) -> None:
         self._doubts.setdefault(index, (since, []))[1].extend((self._axes[index].rate, new))
 
-    def _goes(self, axis: AwrAxis, rate: float, time: float) -> None:
-        axis.drives_at(0.0 if self._held else rate, time)
+    def _goes(self, axis: AwrAxis, rate: float, time: float, asked: float = math.inf) -> None:
+        """An axis goes at a rate from a time on; where that was asked for more than once, maybe since the first."""
+        going = 0.0 if self._held else rate
+        late = time - asked
+        if late > PACKET_S + 2.0 * self._unit.delay_s and going != axis.rate:
+            here = axis.at(time)
+            axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
+        axis.drives_at(going, time)

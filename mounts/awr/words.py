@@ -50,13 +50,22 @@ class Words:
         lasting = self._unit.read_all()
         ram, self.tells_ram = dict(lasting), True
         for address in (register.address for register in REGISTERS if register.writable):
-            value = self._unit.read(address | RAM)
+            value = self._in_ram(address, self.ram.get(address, lasting.get(address)))
             if value is None:
                 self.tells_ram = False
                 ram |= {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
                 break
             ram[address] = value
         self.lasting, self.ram = lasting, ram
+
+    def _in_ram(self, address: int, expected: int | None) -> int | None:
+        """A word in RAM; one that is not as expected is believed once it was told twice running."""
+        value, before = self._unit.read(address | RAM), expected
+        for _ in range(_TRIES):
+            if value is None or value == before:
+                break
+            before, value = value, self._unit.read(address | RAM)
+        return value
 
     def insist(self) -> None:
         """Write all words anew that a program may have left in RAM, where the unit does not tell whether it has.

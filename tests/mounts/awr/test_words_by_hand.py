@@ -1,10 +1,17 @@
 """Words that a person writes in RAM and commits: what is kept for good, and that the position is kept meanwhile."""
 
+import os
+from contextlib import suppress
+
 import pytest
 from awr_bench import SIDEREAL, Bench
 
 from mounts.awr.errors import AwrError
 from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.errors import DriveError
+from transports.errors import TransportError
+
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 
 
 def next_program(bench):
@@ -109,3 +116,25 @@ def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchron
     assert max(map(abs, again.off())) < 0.5
     again.slew(2000.0, 1000.0)
     assert max(map(abs, again.off())) < 3.0
+
+
+def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may_be_off():
+    wrong, unknown, runs = [], 0, 120 if FULL else 24
+    for seed in range(80, 80 + runs):
+        bench = Bench(seed=seed)
+        bench.connect(make_safe=True)
+        bench.slew(200.0, 200.0, rates=(0.0, 0.0))
+        bench.line.garbles, bench.line.rate = False, 0.1
+        with suppress(TransportError, DriveError):
+            bench.drive.soft_write("guide_up_counts", 50000)
+            bench.drive.commit()
+        bench.line.rate = 0.0
+        bench.clock.sleep(1.0)
+        reading = bench.read()
+        unknown += bool(reading.unsynchronised)
+        stated = [3.0 * axis.uncertainty_counts + 1.0 for axis in reading.axes]
+        if not reading.unsynchronised and any(abs(o) > most for o, most in zip(bench.off(), stated, strict=True)):
+            wrong.append((seed, bench.off()))
+        assert set(bench.awr.wear) <= {0x05}
+    print(f"\n{runs} commits with every tenth packet damaged: unsynchronised in {unknown}, wrong in {len(wrong)}")
+    assert not wrong
