@@ -592,6 +592,18 @@ class AwrDrive:
         bit = 1 << number - 1
         self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
 
+    def way_of(self, name: str, speed: str, seconds: float) -> tuple[float, float]:
+        """By how many steps a key for a time moves either axis, its drive's way apart.
+
+        Raises
+        ------
+        AwrError
+            As for `press`.
+        """
+        axis, press = self.hand.press_of(name, cast("Speed", speed), seconds, self._pace.present)
+        steps = press.made(press.duration)
+        return (steps, 0.0) if axis == 0 else (0.0, steps)
+
     def press(self, name: str, speed: str, seconds: float) -> None:
         """Hold a key for a time.
 

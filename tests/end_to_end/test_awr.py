@@ -11,6 +11,7 @@ from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from mounts.awr.errors import AwrError
 from mounts.errors import DriveError
+from pointing.errors import Unreachable
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 SIDEREAL_DEG_S = 360.0 / 86164.0905
@@ -254,6 +255,27 @@ def test_both_axes_go_at_a_speed_for_a_time_beside_a_dead_man(tmp_path):
         assert scope.status().json["synchronised"]
     assert moved[0] == pytest.approx(3.0 * 1650.0, rel=0.1)
     assert moved[1] == pytest.approx(-3.0 * 1600.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("most_deg", "axis", "key", "said"), [(10.0, 0, "LEFT", "axis1"),
+                                          (100.0, 1, "UP", "horizon limit")]
+)  # fmt: skip
+def test_a_key_by_hand_is_not_held_where_it_leads_beyond_a_limit(tmp_path, most_deg, axis, key, said):
+    with opened(tmp_path, axis1__max_deg=most_deg) as scope:
+
+        def held_for_ever():
+            for _ in range(220):
+                scope.drive.raw(f"axis{axis + 1}", f"{key} slew 2")
+
+        with pytest.raises(Unreachable, match=said):
+            held_for_ever()
+        scope.simulator.advance(scope.clock.now())
+        counts = [scope.simulator.true_position(each) for each in (1, 2)]
+        moved, angle = scope._session.planner.axes[axis], scope._session.planner.angles(counts)[axis]
+        assert moved.minimum <= angle <= moved.maximum
+        assert scope.simulator.keys == [0, 0]
+        assert scope.status().json["synchronised"]
 
 
 @pytest.mark.campaign
