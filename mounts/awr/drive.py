@@ -327,6 +327,15 @@ class AwrDrive:
         if wrong := self.words.usual.contradiction():
             raise DriveRefused(wrong)
 
+    def _require_slow(self, rates: Sequence[float]) -> None:
+        """Nobody stands beside a drive: what it does when the program is gone must leave time to come."""
+        for number, (rate, most) in enumerate(zip(rates, self._settings.fastest, strict=True), start=1):
+            if abs(rate) > most:
+                raise DriveRefused(
+                    f"axis {number} would have to go at {rate:+.0f} steps/s by its drive, which goes on when this "
+                    f"program is gone; at most {most:.0f} steps/s: choose a slower target"
+                )
+
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
 
@@ -336,11 +345,12 @@ class AwrDrive:
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
         self._require_ready()
+        one, two = axes[:2]
+        self._require_slow((one.rate_after, two.rate_after))
         if self.keys.busy:
             self.keys.halt()
         self._jog = None
         self._beside.stand_by()
-        one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
@@ -414,6 +424,7 @@ class AwrDrive:
         ahead = path.at(now + _FOLLOW_S)
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
+        self._require_slow([rate for _, rate in ahead[:2]])
         self._resting = False
         most = _CLOSING * self._settings.sidereal_steps_per_s
         for axis, (there, rate) in zip(self.axes, ahead, strict=False):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.awr.sections import axes_of
-from clockdrive.drives.awr.settings import baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
@@ -26,7 +26,14 @@ _HASTY_S = 0.12  # likewise while a release is near: with what the release takes
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
     one, two = (
-        Axis(f"axis{i + 1}", gearing, math.radians(section.min_deg), math.radians(section.max_deg), units="steps")
+        Axis(
+            f"axis{i + 1}",
+            gearing,
+            math.radians(section.min_deg),
+            math.radians(section.max_deg),
+            units="steps",
+            fastest=math.radians(FASTEST_DEG_S),
+        )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
     return one, two

@@ -4,9 +4,10 @@ import os
 import re
 import statistics
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
-from awr_bench import SIDEREAL, STILL, Bench, Line
+from awr_bench import SETTINGS, SIDEREAL, STILL, Bench, Line
 
 from mounts.awr.factory import factory
 from mounts.awr.messages import Error
@@ -35,6 +36,20 @@ def test_a_path_is_kept_to_an_arcsecond_by_the_drive_registers():
     print(f"\nRMS {rms:.3f}″, at most {max(worst):.3f}″ off a path at 0.963 and 0.0074 of the sidereal rate")
     assert rms < 1.0
     assert not bench.awr.wear
+
+
+def test_no_drive_register_is_set_faster_than_may_go_on_when_the_program_is_gone():
+    bench = Bench(replace(SETTINGS, fastest=(4.0 * SIDEREAL, 4.0 * SIDEREAL)))
+    bench.connect()
+    for rates in ((70.0 * SIDEREAL, 0.0), (SIDEREAL, -5.0 * SIDEREAL)):
+        before = dict(bench.awr.ram)
+        satellite = Line(bench.true(), rates, bench.clock.now())
+        with pytest.raises(DriveRefused, match="choose a slower target"):
+            bench.drive.follow(satellite, bench.clock.now())
+        with pytest.raises(DriveRefused, match="choose a slower target"):
+            bench.slew(1e4, 0.0, rates=rates)
+        assert bench.awr.ram == before
+        assert bench.awr.keys == [0, 0]
 
 
 def test_stop_releases_the_keys_and_both_axes_stand_where_they_are_reckoned_to_be():
