@@ -275,8 +275,8 @@ class AwrDrive:
         self.supervision.take(self.unit.events(*_OTHERS))
 
     def _began_anew(self) -> None:
-        """After a reset its words are the non-volatile ones, and no key is pressed."""
-        self.supervision.was_reset = False
+        """After a reset its words are the non-volatile ones, by which axis 1 tracks, and no key is pressed."""
+        self._resting = self._resting or not any(axis.rate for axis in self.axes)
         self._give_up()
         self.words.ram = dict(self.words.lasting)
         self.keys.speed = None
@@ -286,7 +286,10 @@ class AwrDrive:
             axis.known(here.counts, now, here.uncertainty)
             axis.drives_at(rate, now)
         self._pace.forget()
+        if self._resting:
+            self._rest()
         self._cookie = self.words.bake()
+        self.supervision.was_reset = False
 
     def _ask_cookie(self) -> None:
         """See that the unit was not reset unheard."""

@@ -14,7 +14,7 @@ from mounts.awr.messages import Error
 from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import LinkError, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
@@ -140,6 +140,32 @@ def test_what_voids_dead_reckoning_makes_it_unsynchronised_until_sync(what, why,
     reading = bench.read()
     assert not reading.unsynchronised
     assert reading.counts == pytest.approx((10.0, 20.0), abs=60.0)
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+@pytest.mark.parametrize("told", [False, True])
+def test_what_rests_rests_again_after_a_reset(told, deaf):
+    bench = Bench()
+    bench.connect(make_safe=True)
+    receive = bench.line.receive
+    bench.awr.reset("brownout")
+    if not told:
+        bench.awr.says(bench.clock.now() + 1.0)
+        bench.clock.sleep(11.0)
+    bench.clock.sleep(1.0)
+    if deaf:
+        bench.line.receive = lambda data, t: (
+            b"" if data[1:2] == b"8" else receive(data, t)
+        )  # soft writes and their reads
+        with suppress(DriveError, TransportError):
+            bench.read()
+        bench.line.receive = receive
+    bench.read()
+    bench.clock.sleep(1.0)
+    before = bench.true()
+    bench.clock.sleep(10.0)
+    assert bench.true() == before
+    assert not bench.read().tracking
 
 
 def test_an_event_that_is_lost_makes_it_unsynchronised():
