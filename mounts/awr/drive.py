@@ -7,8 +7,9 @@ word is written into the non-volatile memory unless a person asks for it.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from mounts.awr.at_speed import Keys, held_at, keys_of
@@ -22,6 +23,7 @@ from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
 from mounts.awr.pace import Pace
+from mounts.awr.proof import Proof
 from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
@@ -89,6 +91,9 @@ class AwrDrive:
         self._pace = Pace(unit, self.words, settings)
         self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys)
+        self.proof = Proof(settings, kept)
+        for axis in self.axes:
+            axis.led = partial(self.proof.led, axis.index)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -165,6 +170,7 @@ class AwrDrive:
             delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
+            shown=self.proof.shown,
         ).as_json()
 
     @property
@@ -219,6 +225,11 @@ class AwrDrive:
         """Whether the unit is as it was left."""
         kept, lost = self._kept, self.supervision.unsynchronised
         directions = self.words.lasting.get(0x00)
+        if {kept.directions, directions} - {None, directions} or kept.calibration not in {
+            None,
+            self.words.calibration,
+        }:
+            self.proof.void()
         if not lost and kept.directions is not None and directions != kept.directions:
             self._lose(
                 "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
@@ -350,6 +361,10 @@ class AwrDrive:
         self._require_ready()
         one, two = axes[:2]
         self._require_slow((one.rate_after, two.rate_after))
+        now = self.unit.now()
+        self.proof.require(
+            [aim.target - axis.at(now).counts for axis, aim in zip(self.axes, (one, two), strict=True)]
+        )
         if self.keys.busy:
             self.keys.halt()
         self._jog = None
@@ -486,7 +501,10 @@ class AwrDrive:
         """
         if self.keys.busy:
             raise DriveRefused("keys move the axes: `sync` when they have come to rest")
-        now = self.unit.now()
+        now, known = self.unit.now(), not self.supervision.unsynchronised
+        moved = [here - axis.at(time).counts for axis, here in zip(self.axes, counts, strict=False)]
+        if doubt := self.proof.synchronised(moved if known else None):
+            self.supervision.note(doubt)
         for axis, here in zip(self.axes, counts, strict=False):
             axis.known(here + axis.rate * (now - time), now, 0.5)
         self.supervision.synchronised()
@@ -563,6 +581,8 @@ class AwrDrive:
         register = by_name(name)
         before = shown(register, self.words.ram.get(register.address, 0))
         self.hand.set_word(register, value)
+        if register.kind == "bits":
+            self.proof.void()
         self._words_changed()
         return before
 
@@ -651,6 +671,11 @@ class AwrDrive:
     def refuted(self, why: str) -> None:
         """What the position rests on is not so."""
         self._lose(why)
+
+    def commissioned(self, confirmed: Collection[str]) -> None:
+        """A commissioning has confirmed these keys of the configuration."""
+        self.proof.confirmed(confirmed)
+        self._remember(self.memory)
 
     def differing(self) -> dict[str, tuple[int, int]]:
         """Words that RAM holds otherwise than the non-volatile memory: this and that.

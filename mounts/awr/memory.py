@@ -30,6 +30,15 @@ class KeptAxis:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """Of which axes it was seen that keys move them as assumed, and how far they did since the last sync, steps."""
+
+    assumed: str = ""
+    axes: tuple[bool, bool] = (False, False)
+    led: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Kept:
     """All that is remembered."""
 
@@ -43,6 +52,7 @@ class Kept:
     delay_s: float | None = None
     index: tuple[float, float] | None = None
     meaning: str = ""
+    shown: Shown = Shown()
 
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
@@ -66,10 +76,10 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
+def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
     """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
     one, two = (KeptAxis(float(each), 0.0) for each in counts)
-    return Kept("", time, (one, two), meaning=meaning).as_json()
+    return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
 def _read(memory: Mapping[str, object]) -> Kept:
@@ -86,7 +96,14 @@ def _read(memory: Mapping[str, object]) -> Kept:
         delay_s=None if memory["delay_s"] is None else _number(memory["delay_s"]),
         index=None if index is None else (_number(index[0]), _number(index[1])),
         meaning=_text(memory["meaning"]),
+        shown=_shown(memory["shown"]) if "shown" in memory else Shown(),
     )
+
+
+def _shown(stored: object) -> Shown:
+    kept = cast("Mapping[str, object]", stored)
+    axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
+    return Shown(_text(kept["assumed"]), (axes[0] is True, axes[1] is True), (_number(led[0]), _number(led[1])))
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:

@@ -10,12 +10,13 @@ from telescope_bench import T0, star_at
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from mounts.awr.errors import AwrError
-from mounts.errors import DriveError
+from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 SIDEREAL_DEG_S = 360.0 / 86164.0905
 ARCSEC = (3600.0 * SIDEREAL_DEG_S / 50.0, 3600.0 / 12000.0)  # of a step, by the sheet of the example
+CONFIRMED = {"drive.frequency_unit", "axis1.reversed", "axis2.reversed", "axis2.steps_per_degree"}
 GUIDE_STEP_ARCSEC = 0.1 * 0.3 * SIDEREAL_DEG_S * 3600.0
 
 
@@ -232,6 +233,7 @@ def test_what_cannot_be_is_refused_with_what_can(tmp_path, ask, said):
 )
 def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tmp_path, opposite):
     with opened(tmp_path, **opposite) as scope:
+        scope._session.drive.commissioned(CONFIRMED)  # before it became so
         why = ""
         try:
             scope.goto(star_at(scope, 60.0, 50.0))
@@ -240,6 +242,36 @@ def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tm
         told = "rate_reference" if any("reference" in name for name in opposite) else "frequency_unit"
         assert told in why
         assert told == "rate_reference" or not scope.status().json["synchronised"]
+
+
+@pytest.mark.parametrize(
+    "opposite",
+    [
+        {"simulator.frequency_unit": 2.0, "simulator.acceleration_unit": 2.0},
+        {"simulator.reversed1": True},
+        {"simulator.reversed2": True},
+    ],
+    ids=" ".join,
+)
+def test_no_goto_leads_far_before_scale_and_sense_of_the_keys_were_seen(tmp_path, opposite):
+    with opened(tmp_path, **opposite) as scope:
+        scope.simulator.advance(scope.clock.now())
+        before = [scope.simulator.true_position(axis) for axis in (1, 2)]
+        with pytest.raises(DriveRefused, match="nobody has seen yet"):
+            scope.goto(star_at(scope, 60.0, 50.0))
+        scope.simulator.advance(scope.clock.now())
+        assert [scope.simulator.true_position(axis) for axis in (1, 2)] == before
+
+
+def test_a_commissioning_that_confirms_all_frees_gotos_for_good(tmp_path):
+    clock = VirtualClock(T0)
+    with opened(tmp_path, clock) as scope:
+        scope._session.drive.proof.void()
+        with pytest.raises(DriveRefused, match="nobody has seen yet"):
+            scope.goto(star_at(scope, 60.0, 50.0))
+        scope.commission(witness="simulator")
+    with opened(tmp_path, clock) as scope:
+        assert scope.goto(star_at(scope, 60.0, 50.0)).json["ok"]
 
 
 @pytest.mark.parametrize(("firmware", "said"), [(0.12, "speaks without packets"), (0.59, "")])

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 SIDEREAL_DEG_S = 360.0 / 86164.0905
 FASTEST_DEG_S = 4.0 * SIDEREAL_DEG_S  # of a drive, which goes on so when its program is gone: 1° a minute
+_NEAR_DEG = 5.0  # of a goto before anybody has seen that keys move the axes as configured
 _DEFAULT_BAUD = 9600
 
 
@@ -52,6 +53,7 @@ def settings(configuration: Configuration) -> "AwrSettings":
         acceleration_unit=drive.acceleration_unit,
         rate_reference=drive.rate_reference,
         jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),
+        near=(one * _NEAR_DEG, two * _NEAR_DEG),
         fastest=(one * FASTEST_DEG_S, two * FASTEST_DEG_S),
         meaning=meaning(configuration),
     )
