@@ -282,6 +282,12 @@ class Slewing:
             raise Refused(
                 f"a jog at {math.degrees(rate):g}°/s: {moved.name} goes at up to ±{highest:.3f}°/s, and not at 0"
             )
+        least = 2.0 * abs(session.drive.capabilities.goes_on_at) if axis == 0 else 0.0
+        if speed < least:
+            raise Refused(
+                f"a jog at {math.degrees(rate):g}°/s: {moved.name} tracks by itself at half of "
+                f"{math.degrees(least / per_radian):.5f}°/s, so it goes at no less than that"
+            )
         plan = self._jogged(moved.name, axis, rate * seconds, _limited(session.timing(), axis, speed))
         yield from self._slew(plan, "jogging", report, {axis: speed})
         self._require_landed(plan)
@@ -439,13 +445,29 @@ class Slewing:
             began = session.clock.now()
             due = began + session.follow()
             errors = pursuit.errors(session.synchronised())
-            if all(abs(off) <= axis.landed for off, axis in zip(errors, session.planner.axes, strict=True)):
+            allowed = (
+                axis.landed + swing for axis, swing in zip(session.planner.axes, self._swings(pursuit), strict=True)
+            )
+            if all(abs(off) <= most for off, most in zip(errors, allowed, strict=True)):
                 return
             if session.clock.now() > deadline:
                 session.note("tracking", "the telescope does not settle on the target; check balance and clutches")
                 return
             yield max(0.0, min(due, began + _SETTLING_PERIOD_S) - session.clock.now())
             session.poll()
+
+    def _swings(self, pursuit: Pursuit) -> list[float]:
+        """Counts by which each axis goes to and fro about its way, of a drive that is held to it by short moves."""
+        session, swings = self._session, []
+        for axis, (_, rate) in zip(session.planner.axes, pursuit.at(session.clock.now()), strict=False):
+            moves, per_radian = axis.short_moves, abs(axis.gearing.counts_per_radian)
+            if moves is None:
+                swings.append(0.0)
+            elif rate:
+                swings.append(axis.beside(rate / axis.gearing.counts_per_radian) * moves.lag_s * per_radian)
+            else:
+                swings.append(session.drive.capabilities.rests_within)
+        return swings
 
     def _require_landed(self, plan: Plan) -> None:
         """A slew that ends at rest must end where it was sent; the reading that saw it end may be older than that."""

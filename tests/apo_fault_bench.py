@@ -38,10 +38,11 @@ ADDRESSES = ("AZ", "ALT", "ROT")
 
 
 class Exchange(NamedTuple):
-    """What was said to one controller, when, and whether its whole answer came back."""
+    """What was said to one controller: when, whether all of its answer came, and whether it flushed the buffer."""
 
     time: float
     came: bool
+    flushes: bool = False
 
 
 class ApoLine(FaultyLine):
@@ -69,7 +70,7 @@ class ApoLine(FaultyLine):
         except LinkError:
             said.append(Exchange(t, came=False))
             raise
-        said.append(Exchange(t, came=bool(come) and come == self.answered))
+        said.append(Exchange(t, bool(come) and come == self.answered, b"DRIFT" in data))
         return come
 
 
@@ -179,16 +180,19 @@ class FaultWitness(ApoWitness):
         """Whether the controller of an axis could be talked to for long enough before its path ran out.
 
         A stretch in which answers came begins with one of them and ends with the first that did not; where nobody
-        asks it goes on. What came before the buffer was last full does not count.
+        asks it goes on. What came before the buffer was last full does not count; where the line failed before, nor
+        does what came before the buffer was flushed.
         """
         since: float | None = None
+        flushed = float("-inf")
         for each in said:
             if each.time > dry:
                 break
+            flushed = each.time if each.flushes else flushed
             if each.came:
                 since = each.time if since is None else since
             else:
-                if since is not None and each.time - max(since, dry - _KEPT_S) >= _REACHED_S:
+                if since is not None and each.time - max(since, flushed, dry - _KEPT_S) >= _REACHED_S:
                     return True
                 since = None
         return since is not None and dry - max(since, dry - _KEPT_S) >= _REACHED_S

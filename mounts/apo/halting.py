@@ -37,6 +37,7 @@ class Halting:
         self._undertakings = undertakings
         self._braking_s = max(axis.max_speed_deg_s / axis.acceleration_deg_s2 for axis in settings.axes)
         self._since: float | None = None  # POSIX seconds, while the axes may still move after a MOVE
+        self._stood = False  # when looked at last
 
     @property
     def brakes(self) -> bool:
@@ -44,11 +45,13 @@ class Halting:
         return self._since is not None
 
     def over(self) -> None:
-        """The axes stand, or are sent on."""
+        """The axes are sent on."""
         self._since = None
 
     def settle(self, time: float, *, stand: bool) -> None:
         """See the motion end; what does not stand in its time is stopped abruptly.
+
+        One that swings back after a stop stands for a moment where it turns, so it must be seen to stand twice.
 
         Raises
         ------
@@ -57,8 +60,9 @@ class Halting:
         """
         if self._since is None:
             return
+        stood, self._stood = self._stood, stand
         if stand:
-            self.over()
+            self._since = None if stood else self._since
         elif time > self._since + self._braking_s + _STOPS_IN_S:
             self.all(time, abruptly=True)
 
@@ -72,7 +76,7 @@ class Halting:
         """
         for each in self._undertakings:
             each.end()
-        self._since = time
+        self._since, self._stood = time, False
         self._group.halt(abruptly=abruptly)
 
     def what_answers(self, time: float) -> None:

@@ -46,7 +46,7 @@ def uncertainty(
             return state.uncertainty
         since = max(looked, trust.since(MOVES))
         most = SEEN_COUNTS * axis.encoder.step
-        loose = axis.reckoning.ends > looked or state.uncertainty > most  # else it was bound to what was said
+        loose = axis.encoder.bound_at < looked  # it may be off by what it agrees within
         seen = state.uncertainty + most if loose else most
         return seen + abs(state.rate) * _LOOK_S + ran * max(0.0, time - since)
     by_moves = ran * max(0.0, time - trust.since(MOVES)) + unproved

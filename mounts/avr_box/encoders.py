@@ -4,6 +4,7 @@ It counts from where the box was switched on, so that its zero is tied to the ax
 coarse, 65″ by default: the reckoning is finer as long as both agree, and the encoder is right when they do not.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -39,6 +40,8 @@ class Encoder:
     zero: float | None = None
     proved: float | None = None
     """Where the axis was when both last agreed."""
+    bound_at: float = -math.inf
+    """When the reckoning was last held within a count of what it says, POSIX seconds."""
 
     @property
     def step(self) -> float:

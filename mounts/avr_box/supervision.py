@@ -271,14 +271,31 @@ class Supervision:
 
     def _bound(self, told: Told) -> None:
         """An encoder bounds what the reckoning may be off, where that is much, or commands may have been lost."""
-        for axis, said in zip(self._axes, told.pair, strict=True):
-            encoder = axis.encoder
-            if encoder is None or encoder.zero is None:
+        held = [axis for axis in self._axes if self._must_be_bound(axis, told)]
+        if any(self._off_counts(axis, told) > 1.0 for axis in held):
+            told = self._surely_told()
+        for axis in held:
+            state, encoder = axis.at(told.middle), axis.encoder
+            if encoder is None or state.moving:
                 continue
-            state, most, here = axis.at(told.middle), BOUND_COUNTS * encoder.step, encoder.steps(said)
-            crept = abs(state.counts - here) > TRUST_COUNTS * encoder.step  # no farther than it was uncertain
-            if (self.flawed or crept or state.uncertainty > most) and not state.moving:
-                axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
+            here = encoder.steps(told.pair[axis.index])
+            most = BOUND_COUNTS * encoder.step
+            axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
+            encoder.bound_at = told.middle
+
+    def _must_be_bound(self, axis: BoxAxis, told: Told) -> bool:
+        encoder, state = axis.encoder, axis.at(told.middle)
+        if encoder is None or encoder.zero is None or state.moving:
+            return False
+        crept = self._off_counts(axis, told) > TRUST_COUNTS  # no farther than it was uncertain
+        return self.flawed or crept or state.uncertainty > BOUND_COUNTS * encoder.step
+
+    def _off_counts(self, axis: BoxAxis, told: Told) -> float:
+        """By how many counts an axis with an encoder is from what that says."""
+        encoder = axis.encoder
+        if encoder is None or encoder.zero is None:
+            return 0.0
+        return abs(axis.at(told.middle).counts - encoder.steps(told.pair[axis.index])) / encoder.step
 
     def _act(self, told: Told) -> None:
         """Two answers said so: a box that was switched on, a sense that is wrong, a runaway, a hand."""

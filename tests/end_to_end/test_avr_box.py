@@ -64,6 +64,17 @@ def test_a_goto_hits_its_star_at_the_time_that_was_planned_and_tracks_it(tmp_pat
         assert worst < 2.0
 
 
+def reachable_star(scope, rng):
+    """Anywhere up, but in the strip about the meridian that neither posture reaches."""
+    while True:
+        star = star_at(scope, rng.uniform(0.0, 360.0), rng.uniform(5.0, 89.0))
+        try:
+            scope.plan(star)
+        except Unreachable:
+            continue
+        return star
+
+
 SKIES = {
     "north": {},
     "south": {"site__latitude_deg": -42.4},
@@ -88,7 +99,7 @@ def test_a_goto_anywhere_lands_within_a_microstep_at_its_planned_moment(tmp_path
     for number in range(GOTOS):
         with opened(tmp_path / str(number), limits__horizon_deg=0.0, **ways) as scope:
             witness = Witness(scope)
-            scope.goto(star_at(scope, rng.uniform(0.0, 360.0), rng.uniform(5.0, 89.0)))
+            scope.goto(reachable_star(scope, rng))
             path = scope._session.pursuit.at(witness.arrivals[-1])
             off = [abs(true - counts) for true, (counts, _) in zip(witness.counts_at_arrival, path, strict=True)]
             worst = [max(pair) for pair in zip(worst, off, strict=True)]
@@ -310,6 +321,21 @@ def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
         assert two["lag_arcsec"] == pytest.approx(11.0, abs=0.5)
         assert scope.rates(star, rate_arcsec_s=(0.0, 100.0)).json["axes"][1]["lag_arcsec"] is None
         assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
+
+
+def test_a_jog_so_slow_that_tracking_would_outrun_it_is_refused_with_its_least_speed(tmp_path):
+    with opened(tmp_path) as scope:
+        with pytest.raises(Refused, match=r"at half of 0\.00834°/s, so it goes at no less"):
+            scope.jog(1, -0.008, 3.0)
+        assert scope.jog(1, -0.0085, 3.0)["eta_s"] < 6.0
+
+
+def test_a_fixed_place_is_reached_when_it_was_planned_and_not_said_not_to_settle(tmp_path):
+    with opened(tmp_path) as scope:
+        began = scope.clock.now()
+        arrived = scope.goto("altaz:150,70").json
+        assert scope.clock.now() - began < arrived["eta_s"] + 1.0
+        assert "settle" not in " ".join(event.text for event in scope.events())
 
 
 def test_the_pec_bin_and_zero_are_shown_set_and_read_back(tmp_path):

@@ -92,8 +92,10 @@ REFUSED = [  # words, exit code, what the sentence says
     ("plan mpc:none.txt#1P", 1, ["none.txt", "cannot be read"]),
     ("drive show on", 1, ["no register 'on'"]),
     ("drive set axis1_park 1e99", 1, ["axis1_park"]),
+    ("jog 3 1 --for 1s", 2, ["'3'", "no rotator"]),
+    ("jog 4 1 --for 1s", 2, ["'4'", "axis1"]),
 ]  # fmt: skip
-USAGE = ["", "gotoo M1", "goto", "jog 3 1 --for 1s", "jog 1 fast --for 1s", "jog 1 1",
+USAGE = ["", "gotoo M1", "goto", "jog 1 fast --for 1s", "jog 1 1",
          "drive power", "drive power off", "drive shove", "goto best --for 3s --exit",
          "simulate none", "init none", "status --frequently", "sync best --posture sideways"]  # fmt: skip
 
@@ -136,7 +138,7 @@ def kept(tmp_path_factory):
         status = scope.status()
         assert [axis["counts"] for axis in status["axes"]] == [0x800000 + 0.5] * 2
         assert [row["name"] for row in status["corrections"] if "age_s" in row] == []
-        assert {event.kind for event in scope.events()} <= {"drive"}
+        assert {event.kind for event in scope.events()} <= {"drive", "simulator"}
 
 
 @pytest.mark.parametrize(("words", "code", "said"), REFUSED, ids=[row[0] for row in REFUSED])

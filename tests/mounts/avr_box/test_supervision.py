@@ -101,6 +101,26 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == ""
 
 
+@pytest.mark.parametrize("cut_s", [0.3, 2.0, 9.0, 26.9, 27.3, 30.0, 60.0])
+def test_a_power_cut_in_a_slew_is_noticed_before_it_can_end_on_its_target(cut_s):
+    bench = opened()
+    bench.slew(60_000.0, 50_000.0)
+    bench.drive.start([AxisSlew(1_500_000.0, SIDEREAL), AxisSlew(-600_000.0, 0.0)], bench.clock.now())
+    begun = bench.clock.now()
+    while bench.clock.now() < begun + cut_s:
+        bench.read()
+        bench.clock.sleep(min(0.25, max(0.01, begun + cut_s - bench.clock.now())))
+    here = tuple(round(each) for each in bench.true())
+    fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=here)
+    bench.box.__dict__.update(fresh.__dict__)
+    told, cut = "", bench.clock.now()
+    while not told and any(axis.slewing for axis in bench.read().axes):
+        bench.clock.sleep(0.25)
+        told = bench.read().unsynchronised
+    print(f"\ncut after {cut_s} s: told {bench.clock.now() - cut:.1f} s later")
+    assert told == SWITCHED
+
+
 @pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
 def test_a_box_that_was_switched_off_while_no_program_ran_is_unsynchronised_for_the_next_one(where):
     bench = opened()
