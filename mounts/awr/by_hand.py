@@ -147,6 +147,22 @@ class ByHand:
         DriveError, TransportError
             There is no dead-man process, or the unit does not obey.
         """
+        axis, press = self.press_of(name, speed, seconds, ladder)
+        presses = (press, None) if axis == 0 else (None, press)
+        begin()
+        self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
+        while self._keys.busy:
+            self._keys.look(LONGEST_S + 10.0)
+
+    @staticmethod
+    def press_of(name: str, speed: Speed, seconds: float, ladder: Ladder) -> tuple[int, Press]:
+        """The axis of a key, 0 or 1, and the press of it for a time.
+
+        Raises
+        ------
+        AwrError
+            There is no such key or speed, or not for so long.
+        """
         if name not in KEYS:
             raise AwrError(f"no key {name}: there are {', '.join(KEYS)}")
         if not 0.0 < seconds <= LONGEST_S:
@@ -160,9 +176,4 @@ class ByHand:
             raise AwrError(
                 f"{name} at {speed} speed does not move axis {axis + 1} that way while its drive is as it is"
             )
-        press = Press(key, seconds)
-        presses = (press, None) if axis == 0 else (None, press)
-        begin()
-        self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
-        while self._keys.busy:
-            self._keys.look(LONGEST_S + 10.0)
+        return axis, Press(key, seconds)

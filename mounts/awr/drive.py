@@ -7,8 +7,9 @@ word is written into the non-volatile memory unless a person asks for it.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from mounts.awr.at_speed import Keys, held_at, keys_of
@@ -22,6 +23,7 @@ from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
 from mounts.awr.pace import Pace
+from mounts.awr.proof import Proof
 from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
@@ -91,6 +93,9 @@ class AwrDrive:
         self._drives = DriveRates(unit, self.words, self.axes)
         self.hand = ByHand(unit, self.words, self.keys, self._drives)
         self.hand.recall(kept.written)
+        self.proof = Proof(settings, kept)
+        for axis in self.axes:
+            axis.led = partial(self.proof.led, axis.index)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -169,6 +174,7 @@ class AwrDrive:
             meaning=self._settings.meaning,
             ram=self.words.changed,
             written=self.hand.written,
+            shown=self.proof.shown,
         ).as_json()
 
     @property
@@ -224,6 +230,11 @@ class AwrDrive:
         """Whether the unit is as it was left."""
         kept, lost = self._kept, self.supervision.unsynchronised
         directions = self.words.lasting.get(0x00)
+        if {kept.directions, directions} - {None, directions} or kept.calibration not in {
+            None,
+            self.words.calibration,
+        }:
+            self.proof.void()
         if not lost and kept.directions is not None and directions != kept.directions:
             self._lose(
                 "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
@@ -288,8 +299,8 @@ class AwrDrive:
                 self._drives.held(each.time, stopped=each.event.stopped)
 
     def _began_anew(self) -> None:
-        """After a reset its words are the non-volatile ones, and no key is pressed."""
-        self.supervision.was_reset = False
+        """After a reset its words are the non-volatile ones, by which axis 1 tracks, and no key is pressed."""
+        self._resting = self._resting or not any(axis.rate for axis in self.axes)
         self._give_up()
         self.words.ram = dict(self.words.lasting)
         self.hand.forget()
@@ -300,7 +311,10 @@ class AwrDrive:
             axis.known(here.counts, now, here.uncertainty)
         self._drives.as_the_words_say(now)
         self._pace.forget()
+        if self._resting:
+            self._rest()
         self._cookie = self.words.bake()
+        self.supervision.was_reset = False
 
     def _ask_cookie(self) -> None:
         """See that the unit was not reset unheard."""
@@ -340,6 +354,15 @@ class AwrDrive:
         if wrong := self.words.usual.contradiction():
             raise DriveRefused(wrong)
 
+    def _require_slow(self, rates: Sequence[float]) -> None:
+        """Nobody stands beside a drive: what it does when the program is gone must leave time to come."""
+        for number, (rate, most) in enumerate(zip(rates, self._settings.fastest, strict=True), start=1):
+            if abs(rate) > most:
+                raise DriveRefused(
+                    f"axis {number} would have to go at {rate:+.0f} steps/s by its drive, which goes on when this "
+                    f"program is gone; at most {most:.0f} steps/s: choose a slower target"
+                )
+
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
 
@@ -349,11 +372,16 @@ class AwrDrive:
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
         self._require_ready()
+        one, two = axes[:2]
+        self._require_slow((one.rate_after, two.rate_after))
+        now = self.unit.now()
+        self.proof.require(
+            [aim.target - axis.at(now).counts for axis, aim in zip(self.axes, (one, two), strict=True)]
+        )
         if self.keys.busy:
             self.keys.halt()
         self._jog = None
         self._beside.stand_by()
-        one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
@@ -427,6 +455,7 @@ class AwrDrive:
         ahead = path.at(now + _FOLLOW_S)
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
+        self._require_slow([rate for _, rate in ahead[:2]])
         self._resting = False
         most = _CLOSING * self._settings.sidereal_steps_per_s
         for axis, (there, rate) in zip(self.axes, ahead, strict=False):
@@ -486,7 +515,10 @@ class AwrDrive:
         self.supervision.require_free()
         if self.keys.busy:
             raise DriveRefused("keys move the axes: `sync` when they have come to rest")
-        now = self.unit.now()
+        now, known = self.unit.now(), not self.supervision.unsynchronised
+        moved = [here - axis.at(time).counts for axis, here in zip(self.axes, counts, strict=False)]
+        if doubt := self.proof.synchronised(moved if known else None):
+            self.supervision.note(doubt)
         for axis, here in zip(self.axes, counts, strict=False):
             axis.known(here + axis.rate * (now - time), now, 0.5)
         self.supervision.synchronised()
@@ -563,6 +595,8 @@ class AwrDrive:
         register = by_name(name)
         before = shown(register, self.words.ram.get(register.address, 0))
         self.hand.set_word(register, value)
+        if register.kind == "bits":
+            self.proof.void()
         self._words_changed()
         self._remember(self.memory)
         return before
@@ -610,6 +644,18 @@ class AwrDrive:
         bit = 1 << number - 1
         self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
 
+    def way_of(self, name: str, speed: str, seconds: float) -> tuple[float, float]:
+        """By how many steps a key for a time moves either axis, its drive's way apart.
+
+        Raises
+        ------
+        AwrError
+            As for `press`.
+        """
+        axis, press = self.hand.press_of(name, cast("Speed", speed), seconds, self._pace.present)
+        steps = press.made(press.duration)
+        return (steps, 0.0) if axis == 0 else (0.0, steps)
+
     def press(self, name: str, speed: str, seconds: float) -> None:
         """Hold a key for a time.
 
@@ -643,6 +689,11 @@ class AwrDrive:
     def refuted(self, why: str) -> None:
         """What the position rests on is not so."""
         self._lose(why)
+
+    def commissioned(self, confirmed: Collection[str]) -> None:
+        """A commissioning has confirmed these keys of the configuration."""
+        self.proof.confirmed(confirmed)
+        self._remember(self.memory)
 
     def differing(self) -> dict[str, tuple[int, int]]:
         """Words that RAM holds otherwise than the non-volatile memory: this and that.

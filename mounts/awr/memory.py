@@ -30,6 +30,15 @@ class KeptAxis:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """Of which axes it was seen that keys move them as assumed, and how far they did since the last sync, steps."""
+
+    assumed: str = ""
+    axes: tuple[bool, bool] = (False, False)
+    led: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Kept:
     """All that is remembered."""
 
@@ -47,6 +56,7 @@ class Kept:
     """Words by address that RAM holds otherwise than the non-volatile memory."""
     written: Mapping[int, int] = field(default_factory=dict)
     """Those of them that a person wrote, and may commit."""
+    shown: Shown = Shown()
 
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
@@ -75,10 +85,10 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
+def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
     """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
     one, two = (KeptAxis(float(each), 0.0) for each in counts)
-    return Kept("", time, (one, two), meaning=meaning).as_json()
+    return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
 def _read(memory: Mapping[str, object]) -> Kept:
@@ -97,7 +107,14 @@ def _read(memory: Mapping[str, object]) -> Kept:
         meaning=_text(memory["meaning"]),
         ram=_words(memory.get("ram", {})),
         written=_words(memory.get("written", {})),
+        shown=_shown(memory["shown"]) if "shown" in memory else Shown(),
     )
+
+
+def _shown(stored: object) -> Shown:
+    kept = cast("Mapping[str, object]", stored)
+    axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
+    return Shown(_text(kept["assumed"]), (axes[0] is True, axes[1] is True), (_number(led[0]), _number(led[1])))
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
