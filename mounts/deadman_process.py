@@ -6,7 +6,8 @@
 - It acts on the owner's own connection where that was shared with it: a unit that serves one client at a time takes
   orders on no other while the owner holds it. Where nothing was shared, or what was shared fails, the owner's
   connection is ended and the link opened anew, again and again: a unit may hold on to its last client for a while.
-- A frame counts only when the drive has answered it. The frames are sent from the first again after every failure,
+- A frame counts only when the drive has answered it; where answers are all alike, it is sent at once, and again once
+  the line has been silent, and only that one counts. The frames are sent from the first again after every failure,
   so they must do no harm when repeated.
 - A connection on which it acted is ended: an owner that thaws finds it lost, and what it was about to send on it does
   not arrive. (A serial line cannot be ended; there the owner's next beat tells.)
@@ -53,6 +54,7 @@ class SafeFrame:
 
     data: bytes
     answer: bytes  # a regular expression
+    quiet_s: float = QUIET_S  # a line silent for so long holds back no answer to something else
 
 
 @dataclass(frozen=True)
@@ -67,15 +69,17 @@ class Orders:
 
     def as_text(self) -> str:
         """The orders as one argument of a command line; inverse of `from_text`."""
-        frames = [(frame.data.decode("latin-1"), frame.answer.decode("latin-1")) for frame in self.frames]
+        frames = [
+            (frame.data.decode("latin-1"), frame.answer.decode("latin-1"), frame.quiet_s) for frame in self.frames
+        ]
         return json.dumps([self.url, frames, self.silence_s, self.log, self.hasty_s])
 
     @classmethod
     def from_text(cls, text: str) -> "Orders":
         """Return what `as_text` wrote."""
         url, frames, silence_s, log, hasty_s = json.loads(text)
-        pairs = ([part.encode("latin-1") for part in pair] for pair in frames)
-        return cls(url, tuple(SafeFrame(*pair) for pair in pairs), silence_s, log, hasty_s)
+        safe = (SafeFrame(data.encode("latin-1"), answer.encode("latin-1"), quiet) for data, answer, quiet in frames)
+        return cls(url, tuple(safe), silence_s, log, hasty_s)
 
 
 def run(text: str, clock: Clock) -> int:
@@ -190,6 +194,9 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
             )
             shared = None
             try:
+                # Those whose answers are told from others only by silence do not wait for it the first time.
+                if at_once := b"".join(frame.data for frame in orders.frames if frame.quiet_s > QUIET_S):
+                    link.write(at_once)
                 for frame in orders.frames:
                     _confirm(link, frame, clock)
             finally:
@@ -210,7 +217,7 @@ def _confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
     heard = b""
     for _ in range(SENDS):
         for _ in range(_DRAINS):
-            if not link.read(CHUNK, QUIET_S):
+            if not link.read(CHUNK, frame.quiet_s):
                 break
         link.write(frame.data)
         until, heard = clock.now() + ANSWER_S, b""

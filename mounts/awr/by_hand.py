@@ -143,7 +143,7 @@ class ByHand:
         Raises
         ------
         AwrError
-            There is no such key or speed, or not for so long.
+            There is no such key or speed, or not for so long; the unit did not hear it.
         DriveError, TransportError
             There is no dead-man process, or the unit does not obey.
         """
@@ -153,6 +153,8 @@ class ByHand:
         self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
         while self._keys.busy:
             self._keys.look(LONGEST_S + 10.0)
+        if self._keys.unheard is not None:
+            raise AwrError(f"the unit did not hear {name}, so nothing was held; check the line, then press it again")
 
     @staticmethod
     def press_of(name: str, speed: Speed, seconds: float, ladder: Ladder) -> tuple[int, Press]:

@@ -43,6 +43,10 @@ _LEAST_FOLLOW_S = 0.5
 _CLOSING = 2.0  # times sidereal, at which an axis is led back to its path at most
 _COOKIE_EVERY_S = 10.0
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
+STEPPED = (
+    "the clock of the computer was set by {:+.1f} s while keys were held, which were released; check the time "
+    "service, then `sync` on a known star"
+)
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -277,12 +281,14 @@ class AwrDrive:
         self._take_events()
         if self.supervision.was_reset:
             self._began_anew()
+        self._check_clock()
         if (self.supervision.unsynchronised or self.supervision.stopped) and (
-            self._aims is not None or self.keys.busy
+            self._aims is not None or self._jog is not None or self.keys.busy
         ):
             self._give_up()
         if self._drives.in_doubt and not self.keys.busy:
             self._drives.resolve()
+        self._follow_clock()
         self._go_on()
         if not self.keys.busy and self.unit.now() - self._cookie_asked > _COOKIE_EVERY_S:
             self._ask_cookie()
@@ -297,6 +303,25 @@ class AwrDrive:
         for each in told:
             if isinstance(each.event, Override):
                 self._drives.held(each.time, stopped=each.event.stopped)
+
+    def _check_clock(self) -> None:
+        """Keys are not held on while the computer's clock is set: their target was another."""
+        step = self.unit.clock_step
+        if step and (self._aims is not None or self._jog is not None or self.keys.busy):
+            self._lose(STEPPED.format(step))
+
+    def _follow_clock(self) -> None:
+        """At rest go by the computer's clock as it is set now; the axes are where they were."""
+        if self._aims is not None or self._jog is not None or self.keys.busy or self._drives.in_doubt:
+            return
+        before = self.unit.now()
+        here = [axis.at(before) for axis in self.axes]
+        off = self.unit.follow_clock()
+        if off:
+            for axis, was in zip(self.axes, here, strict=True):
+                axis.known(was.counts, before + off, was.uncertainty)
+                axis.drives_at(axis.rate, before + off)
+            self._cookie_asked += off
 
     def _began_anew(self) -> None:
         """After a reset its words are the non-volatile ones, by which axis 1 tracks, and no key is pressed."""
@@ -380,7 +405,8 @@ class AwrDrive:
         )
         if self.keys.busy:
             self.keys.halt()
-        self._jog = None
+        self._jog = self._aims = None
+        self._follow_clock()
         self._beside.stand_by()
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drives.drive_at(axis.index, slew.rate_after)
@@ -488,6 +514,7 @@ class AwrDrive:
         Unsynchronised, DriveRefused, AwrError, TransportError
             As for `start`.
         """
+        self._check_clock()
         self._require_ready()
         self.keys.require_hearing()
         stage = held_at(self._pace.present, rates)

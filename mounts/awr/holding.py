@@ -110,6 +110,8 @@ class Holding:
         self._due: list[tuple[float, int, bool]] = []
         self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
         self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
+        self.unheard: int | None = None
+        """The axis of a key of this stage that was not heard."""
         self.moving = (False, False)
         """What the unit told last."""
 
@@ -142,6 +144,7 @@ class Holding:
             There is no dead-man process, or the unit does not obey.
         """
         self._beside.begin()
+        self.unheard = None
         self.choose(stage.speed)
         first = self._unit.now() + self._unit.key_s
         self._due = [(first + at, axis, down) for at, axis, down in stage.commands]
@@ -184,7 +187,9 @@ class Holding:
         """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
+        self.unheard = axis
         self._unit.release((axis,))
+        self._rest()
         self._suspect = axis, self._unit.now() + held.press.key.climb_s + _TOLD_S
 
     def _until(self, soon_s: float) -> float | None:
@@ -218,9 +223,13 @@ class Holding:
             self._press(axis, held)
         else:
             held.released = self._unit.release((axis,))
-            if not any(not pressed for _, _, pressed in self._due):
-                self._beside.rest()
+            self._rest()
         self._listen(self._unit.now())
+
+    def _rest(self) -> None:
+        """Where no key is to be released any more, nobody need stand beside."""
+        if not any(not pressed for _, _, pressed in self._due):
+            self._beside.rest()
 
     def _press(self, axis: int, held: _Held) -> None:
         body = commands.PRESSES[axis, held.press.sign]
@@ -326,9 +335,11 @@ class Holding:
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self._unit.release((axis,))
+        self._rest()
         now = self._unit.now()
         here = self._axes[axis].at(now)
-        most = abs(held.press.key.rate) * (held.press.duration + held.told_s)
+        since = 0.0 if math.isnan(held.pressed) else now - held.pressed
+        most = abs(held.press.key.rate) * (min(held.press.duration, since) + held.told_s)
         self._axes[axis].known(here.counts, now, here.uncertainty + most)
         self._lose(why or LOST.format(axis + 1, what))
 

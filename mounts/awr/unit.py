@@ -4,6 +4,7 @@ An answer has 100 ms for each packet. One that does not come in time may come la
 nothing is asked again before the line has been silent. Key releases alone are repeated at once, as they do no harm.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from mounts.awr.registers import (
     supported,
     version_of,
 )
+from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
 from transports.link import Clock, Link
@@ -72,7 +74,7 @@ class Unit:
         self._packets = Packets(self.byte_s)
         self._events: deque[Happened] = deque(maxlen=_EVENTS)
         self._trips: deque[float] = deque(maxlen=8)  # seconds of the last round trips, without their line time
-        self._unsettled = False  # an answer that nobody waits for any more may still come
+        self._strays = math.inf  # answers that nobody waits for any more and that may still come, at most
         self.version = EARLIEST
         """Firmware, once it was asked."""
         self.damaged = 0
@@ -107,6 +109,18 @@ class Unit:
     def now(self) -> float:
         """POSIX seconds, by the clock of the link."""
         return self._clock.now()
+
+    @property
+    def clock_step(self) -> float:
+        """Seconds by which the computer's clock was set while this one went on; 0 where it was not."""
+        return self._clock.step() if isinstance(self._clock, SteadyClock) else 0.0
+
+    def follow_clock(self) -> float:
+        """Go by the computer's clock as it is now; return by how many seconds that differs from before."""
+        off = self._clock.follow() if isinstance(self._clock, SteadyClock) else 0.0
+        self._listened += off
+        self._heard += off
+        return off
 
     # What it says by itself ------------------------------------------------------------------------------------
 
@@ -191,33 +205,58 @@ class Unit:
         NoAnswer, LinkError
             It does not answer, or the link was lost and could not be opened anew.
         """
-        for axis in axes:
-            self._released(axis)
+        for i, axis in enumerate(axes):
+            self._released(axis, axes[i:])
         return self._sent + self.delay_s
 
-    def _released(self, axis: int) -> None:
+    def _released(self, axis: int, rest: tuple[int, ...]) -> None:
+        """Release the keys of an axis; those of the rest are to be released next.
+
+        All answers are alike, so one counts only when more have come than may still come of other commands.
+        """
         data, error = commands.packet(commands.RELEASES[axis]), None
-        lost_links = 0
+        lost_links = sends = 0
         for attempt in range(_RELEASES):
-            self._unsettled |= attempt > 0  # an answer to a release that was repeated may still come
             try:
+                if self._opened() and math.isinf(self._strays):
+                    self._release_blindly(rest)
+                    sends = 0
                 self._sent = self._opened().write(data)
+                sends += 1
                 due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
                 due += _FAR_S if attempt == _RELEASES - 1 else 0.0
                 while (left := due - self.now()) > 0.0:
                     self.before_each()
-                    if any(said == Done(ok=True) for said, _ in self._hear(min(left, self.slice_s))):
+                    if self._confirms(self._hear(min(left, self.slice_s)), sends):
                         return
             except LinkError as lost:
                 self._drop()
-                error, lost_links = lost, lost_links + 1
+                error, lost_links, sends = lost, lost_links + 1, 0
                 if lost_links == _LINKS:
                     break
             self.damaged += 1
+        self._strays += sends
         raise error or NoAnswer(
             f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
             "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
         )
+
+    def _release_blindly(self, axes: tuple[int, ...]) -> None:
+        """On a new link nobody knows what is still answered: release the keys at once, then let it fall silent."""
+        self._opened().write(b"".join(commands.packet(commands.RELEASES[axis]) for axis in axes))
+        since = self.now()
+        self._quiet()
+        if self._heard < since:
+            self._strays = len(axes)  # it is farther than that, or nobody there
+
+    def _confirms(self, answers: list[tuple[Response, Packet]], sends: int) -> bool:
+        """Whether one of some answers is that of a release which was sent so often."""
+        for said, _ in answers:
+            if said == Done(ok=True) and not self._strays:
+                self._strays = sends - 1
+                return True
+            self._strays -= said == Done(ok=True)
+        return False
 
     def read(self, address: int) -> int | None:
         """The word at an address, None where the unit does not tell it.
@@ -262,7 +301,7 @@ class Unit:
                 if isinstance(said, Word) and said.address in BY_ADDRESS:
                     words[said.address] = said.value
                     due = self.now() + PACKET_S + 12.0 * self.byte_s
-        self._unsettled = VERSION not in words
+        self._strays += VERSION not in words
         return words
 
     def _surely(self, address: int) -> int | None:
@@ -409,7 +448,7 @@ class Unit:
                     self._trips.append(max(0.0, packet.time - self.byte_s - self._sent))
                     return said
                 self.damaged += 1
-        self._unsettled = True
+        self._strays += 1
         raise NoAnswer(
             f"{self.name}: no answer to {body!r} within {patience_s:g} s; check port, cable and power, and that the "
             "line is 9600 baud, 8N1"
@@ -425,19 +464,19 @@ class Unit:
 
     def _quiet(self) -> None:
         """Take what has come; where an answer may still be on its way, wait until the line is silent."""
-        wait = PACKET_S if self._unsettled else 0.0
+        wait = PACKET_S + 2.0 * self.delay_s if self._strays else 0.0
         for _ in range(_ROUNDS):
             self.before_each()
             self._hear(wait)
             if self.now() - self._heard >= wait * 0.999:
                 break
-        self._unsettled = False
+        self._strays = 0
 
     def _opened(self) -> Link:
         if self._link is None:
             self._link = self._open()
             self._packets = Packets(self.byte_s)
-            self._unsettled = True
+            self._strays = math.inf
         return self._link
 
     def _drop(self) -> None:

@@ -21,6 +21,9 @@ from waiting import PATIENCE_S, seconds_until
 
 from clockdrive.clock import SystemClock, VirtualClock
 from mounts import deadman_process
+from mounts.awr.dead_man_frames import safe_frames as key_releases
+from mounts.awr.simulator import SimulatedAwr
+from mounts.awr.simulator_settings import SimulatorSettings as AwrSettings
 from mounts.deadman import DeadMan, DeadManError
 from mounts.deadman_process import ARM, ATTEMPTS, BEAT, DISARM, PAUSE_S, UNNEEDED, Orders, SafeFrame, Watch, make_safe
 from mounts.tc410.dead_man_frames import safe_frames
@@ -383,6 +386,49 @@ def test_frames_are_sent_until_each_is_confirmed(answers, heard):
         orders = Orders(server.address, (SafeFrame(b"a\r", rb"yes\r"), SafeFrame(b"b\r", rb"yes\r")), 0.4, "")
         make_safe(orders, None, CLOCK)
     assert device.heard == heard
+
+
+class Late:
+    """A unit whose keys of both axes are held; the first releases are lost, and answers to others come late."""
+
+    def __init__(self, clock, lost):
+        self.unit = SimulatedAwr(AwrSettings(), clock.now())
+        self.unit.press(1, 1)
+        self.unit.press(2, 1)
+        self.lost = lost
+        for late_s in (0.02, 0.04, 0.06, 0.08):  # of commands that the owner sent before it died
+            self.unit._queue.append((clock.now() + late_s, b":Y\r\n#"))
+
+    def receive(self, data, t):
+        self.unit.advance(t)
+        if self.lost:
+            self.lost -= 1
+            return b""
+        return self.unit.receive(data, t)
+
+    def says(self, until):
+        return self.unit.says(until)
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2, 3])
+def test_late_answers_to_the_owner_confirm_no_release_of_keys(lost, monkeypatch):
+    clock = VirtualClock(1_800_000_000.0)
+    device = Late(clock, lost)
+    monkeypatch.setattr(deadman_process, "open_link", lambda *_, **__: MemoryLink(device, clock, baud=9600))
+    make_safe(Orders("", key_releases(), SILENCE_S, ""), None, clock)
+    device.unit.advance(clock.now() + 0.1)
+    assert device.unit.keys == [0, 0]
+
+
+def test_the_first_releases_do_not_wait_for_silence(monkeypatch):
+    clock = VirtualClock(1_800_000_000.0)
+    device = Late(clock, 0)
+    begun, act, acted = clock.now(), device.unit._act, []
+    device.unit._act = lambda body: (act(body), acted.append((device.unit._now, any(device.unit.keys))))
+    monkeypatch.setattr(deadman_process, "open_link", lambda *_, **__: MemoryLink(device, clock, baud=9600))
+    make_safe(Orders("", key_releases(), SILENCE_S, ""), None, clock)
+    released = next(time for time, held in acted if not held)
+    assert released - begun < 0.05
 
 
 @pytest.mark.campaign

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from clockdrive.clock import SystemClock
+from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
 from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
@@ -71,6 +73,7 @@ def drive(
     """Make the drive, not yet connected; the unit holds no keys of the configuration."""
     from mounts.awr.dead_man_frames import safe_frames  # noqa: PLC0415 - a plan alone needs no drive
     from mounts.awr.drive import AwrDrive  # noqa: PLC0415 - likewise
+    from mounts.awr.steady import SteadyClock  # noqa: PLC0415 - likewise
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
     from transports.link import Link  # noqa: PLC0415 - likewise
@@ -92,6 +95,7 @@ def drive(
             hasty_s=_HASTY_S,
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
+        clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
         opened = dead_man.sharing(lambda: open_link(configuration.drive.link, clock))
     unit = Unit(opened, clock, speed)
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 from awr_bench import SETTINGS, SIDEREAL, STILL, Bench, Line
 
+from mounts.awr.errors import AwrError
 from mounts.awr.factory import factory
 from mounts.awr.messages import Error
 from mounts.awr.registers import by_name
@@ -185,6 +186,42 @@ def test_an_event_that_is_lost_makes_it_unsynchronised():
     bench.clock.sleep(0.1)
     bench.true()
     assert bench.awr.keys == [0, 0]
+
+
+def test_a_key_that_is_not_heard_is_said_and_leaves_nobody_armed():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    receive = bench.awr.receive
+    bench.awr.receive = lambda data, t: b"" if data == b":1#" else receive(data, t)
+    with pytest.raises(AwrError, match="did not hear UP"):
+        bench.drive.press("UP", "move", 0.5)
+    assert not bench.guard.armed
+    assert not bench.read().unsynchronised
+    bench.awr.receive = receive
+    bench.drive.press("UP", "move", 0.5)
+    assert bench.true()[1] > 400.0
+
+
+def test_a_jog_of_which_no_event_is_told_is_over_and_as_uncertain_as_it_may_have_gone():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    says = bench.awr.says
+
+    def deaf(until):
+        said = says(until)
+        return said if said is None or b"X" not in said[1] else (said[0], b"")
+
+    bench.awr.says = deaf
+    bench.drive.move_at((0.0, 1500.0), bench.clock.now())
+    for _ in range(4):
+        bench.clock.sleep(0.25)
+        reading = bench.read()
+    assert "did not tell when axis 2 began" in reading.unsynchronised
+    assert not any(axis.slewing for axis in reading.axes)
+    assert not bench.guard.armed
+    off = bench.off()
+    print(f"off {off[1]:.0f} steps, stated {reading.axes[1].uncertainty_counts:.0f}")
+    assert abs(off[1]) < reading.axes[1].uncertainty_counts < 10.0 * abs(off[1]) + 2000.0
 
 
 def test_a_division_names_the_register_written_last():
