@@ -59,7 +59,7 @@ class DirectSpeed:
         speeds = self._speeds(rates)
         reading = session.poll()
         began, here = session.clock.now(), session.start().counts
-        self._check_way(rates, seconds)
+        check_way(session, rates, seconds, "direct speed")
         if reading is not None:
             self._look_ahead(reading, speeds)
         ends = (here[0] + speeds[0] * seconds, here[1] + speeds[1] * seconds)
@@ -102,18 +102,6 @@ class DirectSpeed:
             raise Refused("a speed of 0 on both axes moves nothing; use `stop` to stop")
         return speeds[0], speeds[1]
 
-    def _check_way(self, rates: tuple[float, float], seconds: float) -> None:
-        """Check the whole way as that of a slew at these speeds."""
-        session = self._session
-        start, timing = session.start(), session.timing()
-        one, two = (
-            model.limited(max(1.0, abs(rate * axis.gearing.counts_per_radian)))
-            for rate, axis, model in zip(rates, session.planner.axes, timing.slew, strict=True)
-        )
-        angles = session.planner.angles(start.counts)
-        ends = (angles[0] + rates[0] * seconds, angles[1] + rates[1] * seconds)
-        session.planner.plan_axes("direct speed", ends, start, replace(timing, slew=(one, two)))
-
     def _run(self, speeds: tuple[float, float], end: float, report: Report) -> Steps[None]:
         session = self._session
         began = session.clock.now()
@@ -144,3 +132,21 @@ class DirectSpeed:
                 return
             if session.clock.now() > deadline:
                 session.halt(f"the axes still move {_STOPPING_S:.0f} s after they were slowed down; all was stopped")
+
+
+def check_way(session: Session, rates: tuple[float, float], seconds: float, name: str) -> None:
+    """Check the whole way at `rates`, radians a second, for a time as that of a slew at these speeds.
+
+    Raises
+    ------
+    Refused, Unreachable
+        Nobody knows where it begins; a limit, the horizon or the Sun forbids it.
+    """
+    start, timing = session.start(), session.timing()
+    one, two = (
+        model.limited(max(1.0, abs(rate * axis.gearing.counts_per_radian)))
+        for rate, axis, model in zip(rates, session.planner.axes, timing.slew, strict=True)
+    )
+    angles = session.planner.angles(start.counts)
+    ends = (angles[0] + rates[0] * seconds, angles[1] + rates[1] * seconds)
+    session.planner.plan_axes(name, ends, start, replace(timing, slew=(one, two)))

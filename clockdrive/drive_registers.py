@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.control import Control
+from clockdrive.direct_speed import check_way
 from clockdrive.drives.apo.by_hand import SETS_CLOCKS, ByHand, clocks_answer, differing, given_by_hand, told
 from clockdrive.drives.avr_box.by_hand import NAMES as PEC
 from clockdrive.drives.avr_box.by_hand import HasPec, encoders_answer, pec_set
-from clockdrive.drives.awr.by_hand import HasWords, pressed, relay_of, relay_set, word_set
+from clockdrive.drives.awr.by_hand import HasWords, key_of, pressed, relay_of, relay_set, word_set
 from clockdrive.drives.awr.by_hand import differing as differing_words
 from clockdrive.drives.tc410.registers import Difference, differences, registers, registers_of, registers_of_key
 from clockdrive.errors import InputError, Refused, finite
@@ -181,7 +182,16 @@ class DriveRegisters:
         return self._control.call(work)
 
     def _pressed(self, drive: HasWords, axis: str, text: str) -> Answer:
-        given = self._changing(lambda: pressed(drive, axis, text))
+        name, speed, seconds = key_of(axis, text)
+
+        def work() -> dict[str, Any]:
+            one, two = drive.way_of(name, speed, seconds)
+            self._session.poll()
+            first, second = (axis.gearing.counts_per_radian * seconds for axis in self._session.planner.axes)
+            check_way(self._session, (one / first, two / second), seconds, f"{name} at {speed} speed")
+            return pressed(drive, name, speed, seconds)
+
+        given = self._changing(work)
         self._session.note("drive", given["command"])
         return Answer(given)
 

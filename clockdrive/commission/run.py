@@ -4,7 +4,7 @@ Whatever ends a step early, the telescope is stopped first and the registers it 
 process cannot give back, the next one does when it connects. A step that cannot be done is skipped with its reason.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
@@ -80,6 +80,15 @@ class Borrows(Protocol):
         ...
 
 
+@runtime_checkable
+class Learns(Protocol):
+    """A drive that dares more once the configuration was confirmed."""
+
+    def commissioned(self, confirmed: Collection[str]) -> None:
+        """These keys were."""
+        ...
+
+
 def _encoders(drive: Drive) -> "tuple[Encoder | None, Encoder | None]":
     """What absolute encoders read, of a drive that has some."""
     if not isinstance(drive, HasRegisters):
@@ -141,6 +150,8 @@ class Commissioning:
             findings += found
             self._record(step, found)
             watch(Stage(step, number, len(steps), tuple(found)))
+        if isinstance(session.drive, Learns):
+            session.drive.commissioned({each.key for each in findings if each.verdict == "confirmed"})
         return findings
 
     def _taken(self, step: Step) -> Steps[list[Finding]]:

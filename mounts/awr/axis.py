@@ -3,10 +3,15 @@
 Where it is follows from the rate of its drive and from how long each key moved it, by the two events of every motion.
 """
 
+from typing import TYPE_CHECKING
+
 from mounts.awr.cascade import Press
 from mounts.awr.settings import CLOCK_UNCERTAINTY
 from mounts.awr.uncertainty import TWO_SIDED_95, Way
 from mounts.reckoning import Motion, Reckoned, Reckoning
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 class AwrAxis:
@@ -25,6 +30,8 @@ class AwrAxis:
     def __init__(self, index: int, counts: float, time: float, uncertainty: float, turned: int = 0) -> None:
         self.index = index
         self.turned = turned
+        self.led: Callable[[float], None] = lambda steps: None  # noqa: ARG005 - until somebody wants to know
+        """Told how many steps each key moved it."""
         self._rate = 0.0
         self._reckoning = Reckoning(counts, time, uncertainty, 0.0, CLOCK_UNCERTAINTY)
         self.press: Press | None = None
@@ -67,6 +74,7 @@ class AwrAxis:
         spread = (start.uncertainty + abs(drifted) * CLOCK_UNCERTAINTY) ** 2 + (TWO_SIDED_95 * way.sigma) ** 2
         self._reckoning.halted(start.counts + drifted + way.steps, time, spread**0.5)
         self.press = self._begun = None
+        self.led(way.steps)
 
     def never_moved(self) -> None:
         """The key was not heard."""

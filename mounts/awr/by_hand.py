@@ -1,13 +1,15 @@
 """A unit in a person's hands: words in RAM, committed or discarded; relays; a key for a moment.
 
-What the driver itself holds in RAM, drive rates, a slower slew and its cookie, is none of a person's soft writes: it
-is taken back before a commit, so that only what a person wrote is kept for good.
+What else stands in RAM, drive rates, a slower slew and the cookie of the driver, is none of a person's soft writes:
+all of RAM is discarded before a commit and what a person wrote is written anew, so that only that is kept for good,
+also by a unit that does not tell what its RAM holds.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
+from mounts.awr.drive_rates import DriveRates
 from mounts.awr.errors import AwrError
 from mounts.awr.holding import Holding, Trial
 from mounts.awr.ladder import Ladder
@@ -30,13 +32,29 @@ class ByHand:
         Its words.
     keys : Holding
         Its keys.
+    drives : DriveRates
+        Its drives, which any word of theirs moves otherwise.
     """
 
-    def __init__(self, unit: Unit, words: Words, keys: Holding) -> None:
+    def __init__(self, unit: Unit, words: Words, keys: Holding, drives: DriveRates) -> None:
         self._unit = unit
         self._words = words
         self._keys = keys
+        self._drives = drives
         self._written: dict[int, int] = {}
+
+    @property
+    def written(self) -> Mapping[int, int]:
+        """What a person wrote since the last commit, by address."""
+        return dict(self._written)
+
+    def recall(self, written: Mapping[int, int]) -> None:
+        """Take for a person's what an earlier program was told to write, as far as RAM still holds it."""
+        self._written = {a: v for a, v in written.items() if a in BY_ADDRESS and self._words.ram.get(a) == v}
+
+    def forget(self) -> None:
+        """RAM was lost."""
+        self._written.clear()
 
     def set_word(self, register: Register, value: int) -> None:
         """Write a word in RAM.
@@ -51,7 +69,7 @@ class ByHand:
                 f"{register.name}: all rates are reckoned from drive_ra as the factory set it, so it is not written "
                 "by hand; `track` and `rates` go at any rate by soft writes of their own"
             )
-        self._words.soft_write(register, checked(register, value))
+        self._drives.put(register, checked(register, value))
         self._written[register.address] = value
 
     def commit(self) -> tuple[str, ...]:
@@ -67,17 +85,17 @@ class ByHand:
         wanted = {a: v for a, v in self._written.items() if self._words.lasting.get(a) != v}
         if not wanted:
             raise AwrError("nothing was soft-written since the last commit: `drive set NAME VALUE` first")
-        own = {a: v for a, v in self._words.ram.items() if self._words.lasting.get(a) != v and a not in wanted}
-        for address in own:
-            self._words.soft_write(BY_ADDRESS[address], self._words.lasting[address])
-        for address, value in wanted.items():
-            self._words.soft_write(BY_ADDRESS[address], value)
+        before = self._words.changed
         try:
+            self._drives.discard()
+            for address, value in wanted.items():
+                self._drives.put(BY_ADDRESS[address], value)
             self._unit.commit()
         finally:
             self._words.read()
-            for address, value in own.items():
-                self._words.soft_write(BY_ADDRESS[address], value)
+            for address, value in before.items():
+                if self._words.lasting[address] != value or self._words.ram[address] != value:
+                    self._drives.put(BY_ADDRESS[address], value)
         self._written.clear()
         return tuple(BY_ADDRESS[address].name for address in wanted)
 
@@ -89,9 +107,8 @@ class ByHand:
         DriveRefused, TransportError
             The unit does not do it.
         """
-        self._unit.discard()
+        self._drives.discard()
         self._written.clear()
-        self._words.ram = dict(self._words.lasting)
 
     def relay(self, number: int, *, on: bool) -> None:
         """Switch a relay.
@@ -130,6 +147,24 @@ class ByHand:
         DriveError, TransportError
             There is no dead-man process, or the unit does not obey.
         """
+        axis, press = self.press_of(name, speed, seconds, ladder)
+        presses = (press, None) if axis == 0 else (None, press)
+        begin()
+        self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
+        while self._keys.busy:
+            self._keys.look(LONGEST_S + 10.0)
+        if self._keys.unheard is not None:
+            raise AwrError(f"the unit did not hear {name}, so nothing was held; check the line, then press it again")
+
+    @staticmethod
+    def press_of(name: str, speed: Speed, seconds: float, ladder: Ladder) -> tuple[int, Press]:
+        """The axis of a key, 0 or 1, and the press of it for a time.
+
+        Raises
+        ------
+        AwrError
+            There is no such key or speed, or not for so long.
+        """
         if name not in KEYS:
             raise AwrError(f"no key {name}: there are {', '.join(KEYS)}")
         if not 0.0 < seconds <= LONGEST_S:
@@ -143,11 +178,4 @@ class ByHand:
             raise AwrError(
                 f"{name} at {speed} speed does not move axis {axis + 1} that way while its drive is as it is"
             )
-        press = Press(key, seconds)
-        presses = (press, None) if axis == 0 else (None, press)
-        begin()
-        self._keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
-        while self._keys.busy:
-            self._keys.look(LONGEST_S + 10.0)
-        if self._keys.unheard is not None:
-            raise AwrError(f"the unit did not hear {name}, so nothing was held; check the line, then press it again")
+        return axis, Press(key, seconds)

@@ -7,8 +7,9 @@ word is written into the non-volatile memory unless a person asks for it.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from mounts.awr.at_speed import Keys, held_at, keys_of
@@ -22,10 +23,11 @@ from mounts.awr.ladder import Ladder
 from mounts.awr.memory import Kept, KeptAxis
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Moving, Override
 from mounts.awr.pace import Pace
+from mounts.awr.proof import Proof
 from mounts.awr.registers import BY_NAME, by_name, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
-from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, Supervision
+from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, UNTOLD, Supervision
 from mounts.awr.unit import Happened, Unit
 from mounts.awr.words import Words
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
@@ -83,6 +85,7 @@ class AwrDrive:
         for axis, was in zip(self.axes, kept.axes, strict=True):
             axis.drives_at(was.rate, seen)
         self.words = Words(unit, settings)
+        self.words.ram = dict(kept.ram)
         self.supervision = Supervision(
             kept.unsynchronised, lambda time: one.at(time).counts, lambda: self.words.last_rate, kept.index
         )
@@ -92,7 +95,11 @@ class AwrDrive:
             self.keys.remember_delay(kept.delay_s)
         self._pace = Pace(unit, self.words, settings)
         self._drives = DriveRates(unit, self.words, self.axes)
-        self.hand = ByHand(unit, self.words, self.keys)
+        self.hand = ByHand(unit, self.words, self.keys, self._drives)
+        self.hand.recall(kept.written)
+        self.proof = Proof(settings, kept)
+        for axis in self.axes:
+            axis.led = partial(self.proof.led, axis.index)
         self._kept = kept
         self._cookie: int | None = kept.cookie
         self._cookie_asked = -math.inf
@@ -169,6 +176,9 @@ class AwrDrive:
             delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
             meaning=self._settings.meaning,
+            ram=self.words.changed,
+            written=self.hand.written,
+            shown=self.proof.shown,
         ).as_json()
 
     @property
@@ -195,10 +205,10 @@ class AwrDrive:
         note = self.unit.identify()
         self._own_notes = (f"firmware {self.unit.version}", *((note,) if note else ()))
         self.words.read()
-        speeds = self.words.speeds
         self._check_past(time)
-        for axis, rate in zip(self.axes, speeds.drives, strict=True):
-            axis.drives_at(rate, time)
+        self.words.insist()
+        self.hand.recall(self.hand.written)
+        self._drives.as_the_words_say(time)
         if make_safe:
             self._rest()
         self._ask_status(time)
@@ -218,20 +228,30 @@ class AwrDrive:
         self.supervision.relays = status.relays
         if status.override != self.supervision.stopped:
             self.supervision.take([Happened(Override(stopped=status.override), time)])
+            self._drives.held(time, stopped=self.supervision.stopped)
 
     def _check_past(self, time: float) -> None:
         """Whether the unit is as it was left."""
         kept, lost = self._kept, self.supervision.unsynchronised
         directions = self.words.lasting.get(0x00)
+        if {kept.directions, directions} - {None, directions} or kept.calibration not in {
+            None,
+            self.words.calibration,
+        }:
+            self.proof.void()
         if not lost and kept.directions is not None and directions != kept.directions:
             self._lose(
                 "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
             )
         if not lost and kept.calibration not in {None, self.words.calibration}:
             self._lose(RECALIBRATED)
-        if not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
+        if not lost and kept.cookie is not None and not self.words.tells_ram:
+            self._lose(UNTOLD)
+        elif not lost and kept.cookie is not None and not self.words.is_there(kept.cookie):
             self._lose(SWITCHED)
         away = time - kept.time
+        if away < 0.0:
+            self._lose(TURNED_BACK.format(-away))
         if math.isfinite(away) and away > 0.0 and not self.supervision.unsynchronised and self.axes[0].rate:
             told = f"the drives went on for {away:.0f} s while no program looked"
             self._own_notes = (*self._own_notes, told)
@@ -278,7 +298,11 @@ class AwrDrive:
     def _take_events(self) -> None:
         self.unit.listen(self.unit.now())
         self.keys.take(self.unit.events(Moving))
-        self.supervision.take(self.unit.events(*_OTHERS))
+        told = self.unit.events(*_OTHERS)
+        self.supervision.take(told)
+        for each in told:
+            if isinstance(each.event, Override):
+                self._drives.held(each.time, stopped=each.event.stopped)
 
     def _check_clock(self) -> None:
         """Keys are not held on while the computer's clock is set: their target was another."""
@@ -300,18 +324,22 @@ class AwrDrive:
             self._cookie_asked += off
 
     def _began_anew(self) -> None:
-        """After a reset its words are the non-volatile ones, and no key is pressed."""
-        self.supervision.was_reset = False
+        """After a reset its words are the non-volatile ones, by which axis 1 tracks, and no key is pressed."""
+        self._resting = self._resting or not any(axis.rate for axis in self.axes)
         self._give_up()
         self.words.ram = dict(self.words.lasting)
+        self.hand.forget()
         self.keys.speed = None
         now = self.unit.now()
-        for axis, rate in zip(self.axes, self.words.speeds.drives, strict=True):
+        for axis in self.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
-            axis.drives_at(rate, now)
+        self._drives.as_the_words_say(now)
         self._pace.forget()
+        if self._resting:
+            self._rest()
         self._cookie = self.words.bake()
+        self.supervision.was_reset = False
 
     def _ask_cookie(self) -> None:
         """See that the unit was not reset unheard."""
@@ -347,10 +375,18 @@ class AwrDrive:
     def _require_ready(self) -> None:
         if self.supervision.unsynchronised:
             raise Unsynchronised(self.supervision.unsynchronised)
-        if self.supervision.stopped:
-            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
+        self.supervision.require_free()
         if wrong := self.words.usual.contradiction():
             raise DriveRefused(wrong)
+
+    def _require_slow(self, rates: Sequence[float]) -> None:
+        """Nobody stands beside a drive: what it does when the program is gone must leave time to come."""
+        for number, (rate, most) in enumerate(zip(rates, self._settings.fastest, strict=True), start=1):
+            if abs(rate) > most:
+                raise DriveRefused(
+                    f"axis {number} would have to go at {rate:+.0f} steps/s by its drive, which goes on when this "
+                    f"program is gone; at most {most:.0f} steps/s: choose a slower target"
+                )
 
     def start(self, axes: Sequence[AxisSlew], time: float) -> float:
         """Set the drives to the rates of the target, and press the first keys.
@@ -361,12 +397,17 @@ class AwrDrive:
             Nobody knows where it is; there is no dead-man process, or the unit does not obey; no key leads there.
         """
         self._require_ready()
+        one, two = axes[:2]
+        self._require_slow((one.rate_after, two.rate_after))
+        now = self.unit.now()
+        self.proof.require(
+            [aim.target - axis.at(now).counts for axis, aim in zip(self.axes, (one, two), strict=True)]
+        )
         if self.keys.busy:
             self.keys.halt()
         self._jog = self._aims = None
         self._follow_clock()
         self._beside.stand_by()
-        one, two = axes[:2]
         for axis, slew in zip(self.axes, (one, two), strict=True):
             self._drives.drive_at(axis.index, slew.rate_after)
         self._resting = not (one.rate_after or two.rate_after)
@@ -440,6 +481,7 @@ class AwrDrive:
         ahead = path.at(now + _FOLLOW_S)
         if all(rate == 0.0 for _, rate in ahead[:2]) and self._resting:
             return _FOLLOW_S
+        self._require_slow([rate for _, rate in ahead[:2]])
         self._resting = False
         most = _CLOSING * self._settings.sidereal_steps_per_s
         for axis, (there, rate) in zip(self.axes, ahead, strict=False):
@@ -495,11 +537,15 @@ class AwrDrive:
         Raises
         ------
         DriveRefused
-            Keys move it.
+            Keys move it; the override holds it, and nobody knows when it will go on.
         """
+        self.supervision.require_free()
         if self.keys.busy:
             raise DriveRefused("keys move the axes: `sync` when they have come to rest")
-        now = self.unit.now()
+        now, known = self.unit.now(), not self.supervision.unsynchronised
+        moved = [here - axis.at(time).counts for axis, here in zip(self.axes, counts, strict=False)]
+        if doubt := self.proof.synchronised(moved if known else None):
+            self.supervision.note(doubt)
         for axis, here in zip(self.axes, counts, strict=False):
             axis.known(here + axis.rate * (now - time), now, 0.5)
         self.supervision.synchronised()
@@ -576,7 +622,10 @@ class AwrDrive:
         register = by_name(name)
         before = shown(register, self.words.ram.get(register.address, 0))
         self.hand.set_word(register, value)
+        if register.kind == "bits":
+            self.proof.void()
         self._words_changed()
+        self._remember(self.memory)
         return before
 
     def commit(self) -> tuple[str, ...]:
@@ -587,9 +636,11 @@ class AwrDrive:
         AwrError, DriveRefused, TransportError
             Nothing was written; the unit does not do it.
         """
-        names = self.hand.commit()
-        self._words_changed()
-        return names
+        try:
+            return self.hand.commit()
+        finally:
+            self._pace.forget()
+            self._remember(self.memory)
 
     def discard(self) -> None:
         """Have soft writes forgotten: the drives go as the non-volatile words say, and are stopped at once.
@@ -606,6 +657,7 @@ class AwrDrive:
             self._rest()
         self.supervision.rates_are_sound()
         self._cookie = self.words.bake()
+        self._remember(self.memory)
 
     def switch_relay(self, number: int, *, on: bool) -> None:
         """Switch a relay.
@@ -618,6 +670,18 @@ class AwrDrive:
         self.hand.relay(number, on=on)
         bit = 1 << number - 1
         self.supervision.relays = self.supervision.relays | bit if on else self.supervision.relays & ~bit
+
+    def way_of(self, name: str, speed: str, seconds: float) -> tuple[float, float]:
+        """By how many steps a key for a time moves either axis, its drive's way apart.
+
+        Raises
+        ------
+        AwrError
+            As for `press`.
+        """
+        axis, press = self.hand.press_of(name, cast("Speed", speed), seconds, self._pace.present)
+        steps = press.made(press.duration)
+        return (steps, 0.0) if axis == 0 else (0.0, steps)
 
     def press(self, name: str, speed: str, seconds: float) -> None:
         """Hold a key for a time.
@@ -652,6 +716,11 @@ class AwrDrive:
     def refuted(self, why: str) -> None:
         """What the position rests on is not so."""
         self._lose(why)
+
+    def commissioned(self, confirmed: Collection[str]) -> None:
+        """A commissioning has confirmed these keys of the configuration."""
+        self.proof.confirmed(confirmed)
+        self._remember(self.memory)
 
     def differing(self) -> dict[str, tuple[int, int]]:
         """Words that RAM holds otherwise than the non-volatile memory: this and that.

@@ -4,10 +4,12 @@ A write whose answer is lost leaves it open which rate is in force; the words ar
 axis may have gone meanwhile is added to its uncertainty.
 """
 
+import math
+
 from mounts.awr.axis import AwrAxis
-from mounts.awr.registers import BY_NAME, Flags
+from mounts.awr.registers import BY_NAME, Flags, Register
 from mounts.awr.speeds import DRIVES, RateWords
-from mounts.awr.unit import Unit
+from mounts.awr.unit import PACKET_S, Unit
 from mounts.awr.words import Words
 from mounts.errors import DriveError
 from transports.errors import TransportError
@@ -31,6 +33,7 @@ class DriveRates:
         self._words = words
         self._axes = axes
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
+        self._held = False  # by the override: neither goes, whatever the words say
 
     @property
     def in_doubt(self) -> bool:
@@ -61,11 +64,58 @@ class DriveRates:
             counts = self._words.ram[BY_NAME[f"{DRIVES[index]}_counts"].address]
             self._write(index, RateWords(counts, flags))
 
-    def as_the_words_say(self) -> None:
-        """The words are others than they were: both axes go on at what they say now."""
-        now = self._unit.now()
+    def as_the_words_say(self, time: float | None = None) -> None:
+        """The words are others than they were: both axes go on at what they say from a time on, else from now."""
+        since = self._unit.now() if time is None else time
         for axis, rate in zip(self._axes, self._words.speeds.drives, strict=True):
-            axis.drives_at(rate, now)
+            self._goes(axis, rate, since)
+
+    def held(self, time: float, *, stopped: bool) -> None:
+        """The override stops both axes, or lets them go on as the words say."""
+        if stopped != self._held:
+            self._held = stopped
+            self.as_the_words_say(time)
+
+    def put(self, register: Register, value: int) -> None:
+        """Write any word in RAM; where it is one of a drive, its axis goes on at what it says then.
+
+        Raises
+        ------
+        AwrError, DriveRefused, TransportError
+            As for `Words.soft_write`.
+        """
+        name = next((drive for drive in DRIVES if register.name.startswith(f"{drive}_")), None)
+        if name is None:
+            self._words.soft_write(register, value)
+            return
+        index, asked = DRIVES.index(name), self._unit.now()
+        counts, flags = self._words.speeds.drive_words(index)
+        new = RateWords(value, flags) if register.is_counts else RateWords(counts, Flags.of(value))
+        try:
+            heard = self._words.soft_write(register, value)
+        except (TransportError, DriveError):
+            self._doubt(index, asked, self._words.speeds.of(new))
+            raise
+        self._goes(self._axes[index], self._words.speeds.drives[index], heard, asked)
+
+    def discard(self) -> None:
+        """Have all soft writes forgotten: both axes go on at what the non-volatile words say.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            The unit does not do it, or does not answer.
+        """
+        asked = self._unit.now()
+        try:
+            heard = self._unit.discard()
+        except (TransportError, DriveError):
+            for index, rate in enumerate(self._words.usual.drives):
+                self._doubt(index, asked, rate)
+            raise
+        self._words.ram = dict(self._words.lasting)
+        for axis, rate in zip(self._axes, self._words.speeds.drives, strict=True):
+            self._goes(axis, rate, heard, asked)
 
     def resolve(self) -> None:
         """Read the words of drives that are in doubt.
@@ -82,7 +132,7 @@ class DriveRates:
             spread = (max(*rates, actual) - min(*rates, actual)) * (now - since)
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty + spread)
-            axis.drives_at(actual, now)
+            self._goes(axis, actual, now)
             del self._doubts[index]
 
     def _write(self, index: int, words: RateWords) -> None:
@@ -90,7 +140,20 @@ class DriveRates:
         new = self._words.speeds.of(words)
         try:
             for went, since in self._words.drive_at(index, words):
-                axis.drives_at(self._words.speeds.of(went), since)
+                self._goes(axis, self._words.speeds.of(went), since, asked)
+                asked = since
         except (TransportError, DriveError):
-            self._doubts.setdefault(index, (asked, []))[1].extend((axis.rate, new))
+            self._doubt(index, asked, new)
             raise
+
+    def _doubt(self, index: int, since: float, new: float) -> None:
+        self._doubts.setdefault(index, (since, []))[1].extend((self._axes[index].rate, new))
+
+    def _goes(self, axis: AwrAxis, rate: float, time: float, asked: float = math.inf) -> None:
+        """An axis goes at a rate from a time on; where that was asked for more than once, maybe since the first."""
+        going = 0.0 if self._held else rate
+        late = time - asked
+        if late > PACKET_S + 2.0 * self._unit.delay_s and going != axis.rate:
+            here = axis.at(time)
+            axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
+        axis.drives_at(going, time)

@@ -1,13 +1,13 @@
 """What the driver of a unit wants to be given back: all that nobody can ask the unit.
 
 Position and its time, the words that were in force, the calibration that the position rests on, the delay of the
-keys, the index of the worm. A goto is remembered before its first key: where a program ended in between, nobody
-knows how far it went.
+keys, the index of the worm, and what stands in RAM by programs and by a person's hand. A goto is remembered before
+its first key: where a program ended in between, nobody knows how far it went.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import cast
 
 NEVER = "the position of this drive was never synchronised; `sync` on a known star"
@@ -30,6 +30,15 @@ class KeptAxis:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """Of which axes it was seen that keys move them as assumed, and how far they did since the last sync, steps."""
+
+    assumed: str = ""
+    axes: tuple[bool, bool] = (False, False)
+    led: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Kept:
     """All that is remembered."""
 
@@ -43,11 +52,21 @@ class Kept:
     delay_s: float | None = None
     index: tuple[float, float] | None = None
     meaning: str = ""
+    ram: Mapping[int, int] = field(default_factory=dict)
+    """Words by address that RAM holds otherwise than the non-volatile memory."""
+    written: Mapping[int, int] = field(default_factory=dict)
+    """Those of them that a person wrote, and may commit."""
+    shown: Shown = Shown()
 
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
         kept = asdict(self)
-        return kept | {"time": None if math.isinf(self.time) else self.time, "axes": [asdict(a) for a in self.axes]}
+        return kept | {
+            "time": None if math.isinf(self.time) else self.time,
+            "axes": [asdict(a) for a in self.axes],
+            "ram": {str(address): value for address, value in self.ram.items()},
+            "written": {str(address): value for address, value in self.written.items()},
+        }
 
     @classmethod
     def of(cls, memory: Mapping[str, object], meaning: str) -> "Kept":
@@ -66,10 +85,10 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str) -> dict[str, object]:
+def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
     """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
     one, two = (KeptAxis(float(each), 0.0) for each in counts)
-    return Kept("", time, (one, two), meaning=meaning).as_json()
+    return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
 def _read(memory: Mapping[str, object]) -> Kept:
@@ -86,13 +105,26 @@ def _read(memory: Mapping[str, object]) -> Kept:
         delay_s=None if memory["delay_s"] is None else _number(memory["delay_s"]),
         index=None if index is None else (_number(index[0]), _number(index[1])),
         meaning=_text(memory["meaning"]),
+        ram=_words(memory.get("ram", {})),
+        written=_words(memory.get("written", {})),
+        shown=_shown(memory["shown"]) if "shown" in memory else Shown(),
     )
+
+
+def _shown(stored: object) -> Shown:
+    kept = cast("Mapping[str, object]", stored)
+    axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
+    return Shown(_text(kept["assumed"]), (axes[0] is True, axes[1] is True), (_number(led[0]), _number(led[1])))
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
     return KeptAxis(
         _number(kept["counts"]), _number(kept["uncertainty"]), _number(kept["rate"]), int(_number(kept["turned"]))
     )
+
+
+def _words(kept: object) -> dict[int, int]:
+    return {int(address): int(_number(value)) for address, value in cast("Mapping[str, object]", kept).items()}
 
 
 def _whole(stored: object) -> int | None:

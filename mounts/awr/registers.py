@@ -36,6 +36,11 @@ class Register:
         return self.kind in {"counts", "flags"}
 
     @property
+    def is_counts(self) -> bool:
+        """Whether it holds the counts of a rate."""
+        return self.kind == "counts"
+
+    @property
     def writable(self) -> bool:
         """Whether a host may write it."""
         return self.address not in NEVER_WRITTEN and self.kind != "reserved"
@@ -208,7 +213,8 @@ def version_of(word: int) -> Version:
     return Version(int(digits[:2]), int(digits[2:]))
 
 
-EARLIEST, LATEST = Version(0, 54), Version(0, 77)
+EARLIEST, SURE, LATEST = Version(0, 54), Version(0, 59), Version(0, 77)
+"""The postscaler is as it is now; packets, which came between the two, are there for sure; the last described."""
 WITH_BACKLASH, WITH_STATUS, WITH_LINES = Version(0, 59), Version(0, 72), Version(0, 77)
 
 
@@ -218,12 +224,17 @@ def supported(version: Version) -> str:
     Raises
     ------
     AwrError
-        It is too old: it says nothing in packets, and not when it moves.
+        It is too old: its postscaler is another, and it says nothing in packets.
     """
     if version < EARLIEST:
         raise AwrError(
-            f"firmware {version} speaks without packets and does not tell when it moves; {EARLIEST} or later is "
+            f"firmware {version} is older than the packets and the postscaler of today; {SURE} or later is "
             "needed: ask AWR for a new chip"
+        )
+    if version < SURE:
+        return (
+            f"firmware {version} is older than {SURE}, the first that the manual surely describes; it is driven as "
+            "it answers in packets"
         )
     if version > LATEST:
         return f"firmware {version} is newer than {LATEST}, the last that the manual describes; it is taken for that"

@@ -1,5 +1,6 @@
 """What the driver of an AWR Microstep must know: the factory's calibration, and the assumptions as configured."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -23,6 +24,10 @@ class AwrSettings:
         Whether guide and centre rates are those of the motor, or on the sky.
     jitter : Jitter
         By how much keys and events are off their times.
+    fastest : tuple of float
+        Steps a second at most by the drive registers, which go on when the program is gone.
+    near : tuple of float
+        Steps that a goto goes at most before anybody has seen that the keys move the axes as assumed.
     meaning : str
         What must not change between a sync and the next goto.
     """
@@ -32,4 +37,12 @@ class AwrSettings:
     acceleration_unit: float = 1.0
     rate_reference: RateReference = "motor"
     jitter: Jitter = field(default_factory=Jitter)
+    fastest: tuple[float, float] = (math.inf, math.inf)
+    near: tuple[float, float] = (math.inf, math.inf)
     meaning: str = ""
+
+    @property
+    def assumed(self) -> str:
+        """All by which the way of a key is reckoned."""
+        units = (self.sidereal_steps_per_s, self.frequency_unit, self.acceleration_unit, self.rate_reference)
+        return "; ".join((*map(str, units), self.meaning))

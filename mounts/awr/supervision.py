@@ -9,6 +9,7 @@ from mounts.awr.commands import RELAYS
 from mounts.awr.messages import Backlash, Error, IndexPulse, Lines, Override
 from mounts.awr.registers import Register
 from mounts.awr.unit import Happened
+from mounts.errors import DriveRefused
 
 _NOTES = 6
 _OVERFLOW = "3"  # of the event buffer: some were lost
@@ -18,7 +19,15 @@ STOPPED = (
 )
 RESET = "the unit began anew ({}): soft writes and position are lost; `sync` on a known star"
 OVERFLOWED = "the unit lost events ({}), so nobody knows what moved; `sync` on a known star"
+TURNED_BACK = (
+    "the clock of this computer reads {:.0f} s earlier than when the position was kept, so it was or is wrong: "
+    "set it, then `sync` on a known star"
+)
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
+UNTOLD = (
+    "this unit does not tell what its RAM holds, so nobody knows whether it was switched off while no program "
+    "listened: `sync` on a known star, and leave `clockdrive run` running from then on"
+)
 COMMITTED = (
     "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
     "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"
@@ -130,6 +139,17 @@ class Supervision:
         """The position is unknown from now on, for the first reason that there was."""
         self.unsynchronised = self.unsynchronised or why
         self.note(why)
+
+    def require_free(self) -> None:
+        """See that the override does not hold it.
+
+        Raises
+        ------
+        DriveRefused
+            It does.
+        """
+        if self.stopped:
+            raise DriveRefused("the override holds the telescope: press the override button at the drive box")
 
     def synchronised(self) -> None:
         """A person says where the axes are."""

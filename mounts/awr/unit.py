@@ -18,6 +18,7 @@ from mounts.awr.registers import (
     EARLIEST,
     RAM,
     REGISTERS,
+    SURE,
     VERSION,
     WITH_STATUS,
     Register,
@@ -326,7 +327,8 @@ class Unit:
         word = self._surely(VERSION)
         if word is None:
             raise WrongProtocol(
-                f"{self.name}: it does not tell its VERSION: check the link, 9600 baud, 8N1, and [drive] kind"
+                f"{self.name}: it does not tell its VERSION: check the link, 9600 baud, 8N1, and [drive] kind; "
+                f"firmware before {SURE} may speak without packets"
             )
         try:
             self.version = version_of(word)
@@ -368,8 +370,8 @@ class Unit:
         """
         self._plain(commands.COMMIT, tries=1)
 
-    def discard(self) -> None:
-        """Have all soft writes forgotten.
+    def discard(self) -> float:
+        """Have all soft writes forgotten; return the POSIX time at which it was heard.
 
         Raises
         ------
@@ -377,6 +379,7 @@ class Unit:
             The unit refuses, or does not answer.
         """
         self._plain(commands.DISCARD)
+        return self._sent + self.delay_s
 
     def relay(self, number: int, *, on: bool) -> None:
         """Switch a relay.

@@ -47,15 +47,42 @@ class Words:
         NoAnswer, LinkError
             The unit does not answer.
         """
-        self.lasting = self._unit.read_all()
-        known, self.ram = self.ram, dict(self.lasting)
+        lasting = self._unit.read_all()
+        ram, self.tells_ram = dict(lasting), True
         for address in (register.address for register in REGISTERS if register.writable):
-            value = self._unit.read(address | RAM)
-            self.tells_ram = value is not None
+            value = self._in_ram(address, self.ram.get(address, lasting.get(address)))
             if value is None:
-                self.ram |= {key: value for key, value in known.items() if key in BY_ADDRESS}
-                return
-            self.ram[address] = value
+                self.tells_ram = False
+                ram |= {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
+                break
+            ram[address] = value
+        self.lasting, self.ram = lasting, ram
+
+    def _in_ram(self, address: int, expected: int | None) -> int | None:
+        """A word in RAM; one that is not as expected is believed once it was told twice running."""
+        value, before = self._unit.read(address | RAM), expected
+        for _ in range(_TRIES):
+            if value is None or value == before:
+                break
+            before, value = value, self._unit.read(address | RAM)
+        return value
+
+    def insist(self) -> None:
+        """Write all words anew that a program may have left in RAM, where the unit does not tell whether it has.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            As for `soft_write`.
+        """
+        if not self.tells_ram:
+            for address in sorted({*_DRIVES, *_SLEWS, *self.changed}):
+                self.soft_write(BY_ADDRESS[address], self.ram[address])
+
+    @property
+    def changed(self) -> dict[int, int]:
+        """The words that RAM holds otherwise than the non-volatile memory, by address."""
+        return {a: v for a, v in self.ram.items() if self.lasting.get(a) != v}
 
     @property
     def speeds(self) -> Speeds:

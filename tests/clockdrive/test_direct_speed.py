@@ -82,9 +82,9 @@ def test_what_cannot_be_done_is_refused_before_anything_moves(speeds, seconds, r
     assert [axis.position for axis in scope.simulator.axes] == before
 
 
-def test_a_motion_that_strays_is_stopped_before_it_leaves_what_is_allowed(scope):
+def test_a_motion_that_strays_is_stopped_before_it_leaves_what_is_allowed(scope, monkeypatch):
     """The path is found free, then the axis goes elsewhere: each cycle looks ahead by its stopping distance."""
-    scope._direct._check_way = lambda *_: None
+    monkeypatch.setattr("clockdrive.direct_speed.check_way", lambda *_: None)
     with pytest.raises(Refused, match="before it would lead out"):
         scope.drive_at(0.0, 4.0, 120.0)
     scope.wait(10.0)

@@ -10,11 +10,13 @@ from telescope_bench import T0, star_at
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from mounts.awr.errors import AwrError
-from mounts.errors import DriveError
+from mounts.errors import DriveError, DriveRefused
+from pointing.errors import Unreachable
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 SIDEREAL_DEG_S = 360.0 / 86164.0905
 ARCSEC = (3600.0 * SIDEREAL_DEG_S / 50.0, 3600.0 / 12000.0)  # of a step, by the sheet of the example
+CONFIRMED = {"drive.frequency_unit", "axis1.reversed", "axis2.reversed", "axis2.steps_per_degree"}
 GUIDE_STEP_ARCSEC = 0.1 * 0.3 * SIDEREAL_DEG_S * 3600.0
 
 
@@ -73,6 +75,15 @@ def test_the_moon_is_tracked_by_the_drive_registers(tmp_path):
     rms = math.sqrt(sum(each**2 for each in errors) / len(errors))
     print(f"\nthe Moon, {len(errors) * 5} s: {rms:.2f}″ RMS")
     assert rms < 2.0
+
+
+def test_a_target_too_fast_to_be_left_alone_is_refused_before_a_key_is_pressed(tmp_path):
+    with opened(tmp_path) as scope:
+        star = star_at(scope, 60.0, 50.0)
+        with pytest.raises(DriveError, match=r"axis 2 would have to go at \+750 steps/s"):
+            scope.goto(star, rate_arcsec_s=(0.0, 0.0625 * 3600.0))
+        assert scope.simulator.ram[0x01] == scope.simulator.lasting[0x01]
+        assert scope.simulator.keys == [0, 0]
 
 
 def test_park_stops_both_axes_and_the_next_command_goes_on_from_there(tmp_path):
@@ -222,6 +233,7 @@ def test_what_cannot_be_is_refused_with_what_can(tmp_path, ask, said):
 )
 def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tmp_path, opposite):
     with opened(tmp_path, **opposite) as scope:
+        scope._session.drive.commissioned(CONFIRMED)  # before it became so
         why = ""
         try:
             scope.goto(star_at(scope, 60.0, 50.0))
@@ -232,7 +244,37 @@ def test_a_reading_of_the_manual_that_is_wrong_is_noticed_and_never_mispoints(tm
         assert told == "rate_reference" or not scope.status().json["synchronised"]
 
 
-@pytest.mark.parametrize(("firmware", "said"), [(0.12, "speaks without packets"), (0.59, "")])
+@pytest.mark.parametrize(
+    "opposite",
+    [
+        {"simulator.frequency_unit": 2.0, "simulator.acceleration_unit": 2.0},
+        {"simulator.reversed1": True},
+        {"simulator.reversed2": True},
+    ],
+    ids=" ".join,
+)
+def test_no_goto_leads_far_before_scale_and_sense_of_the_keys_were_seen(tmp_path, opposite):
+    with opened(tmp_path, **opposite) as scope:
+        scope.simulator.advance(scope.clock.now())
+        before = [scope.simulator.true_position(axis) for axis in (1, 2)]
+        with pytest.raises(DriveRefused, match="nobody has seen yet"):
+            scope.goto(star_at(scope, 60.0, 50.0))
+        scope.simulator.advance(scope.clock.now())
+        assert [scope.simulator.true_position(axis) for axis in (1, 2)] == before
+
+
+def test_a_commissioning_that_confirms_all_frees_gotos_for_good(tmp_path):
+    clock = VirtualClock(T0)
+    with opened(tmp_path, clock) as scope:
+        scope._session.drive.proof.void()
+        with pytest.raises(DriveRefused, match="nobody has seen yet"):
+            scope.goto(star_at(scope, 60.0, 50.0))
+        scope.commission(witness="simulator")
+    with opened(tmp_path, clock) as scope:
+        assert scope.goto(star_at(scope, 60.0, 50.0)).json["ok"]
+
+
+@pytest.mark.parametrize(("firmware", "said"), [(0.12, "older than the packets"), (0.59, "")])
 def test_old_firmware_is_named_or_driven(tmp_path, firmware, said):
     if said:
         with pytest.raises(DriveError, match=said), opened(tmp_path, simulator__firmware=firmware):
@@ -254,6 +296,27 @@ def test_both_axes_go_at_a_speed_for_a_time_beside_a_dead_man(tmp_path):
         assert scope.status().json["synchronised"]
     assert moved[0] == pytest.approx(3.0 * 1650.0, rel=0.1)
     assert moved[1] == pytest.approx(-3.0 * 1600.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("most_deg", "axis", "key", "said"), [(10.0, 0, "LEFT", "axis1"),
+                                          (100.0, 1, "UP", "horizon limit")]
+)  # fmt: skip
+def test_a_key_by_hand_is_not_held_where_it_leads_beyond_a_limit(tmp_path, most_deg, axis, key, said):
+    with opened(tmp_path, axis1__max_deg=most_deg) as scope:
+
+        def held_for_ever():
+            for _ in range(220):
+                scope.drive.raw(f"axis{axis + 1}", f"{key} slew 2")
+
+        with pytest.raises(Unreachable, match=said):
+            held_for_ever()
+        scope.simulator.advance(scope.clock.now())
+        counts = [scope.simulator.true_position(each) for each in (1, 2)]
+        moved, angle = scope._session.planner.axes[axis], scope._session.planner.angles(counts)[axis]
+        assert moved.minimum <= angle <= moved.maximum
+        assert scope.simulator.keys == [0, 0]
+        assert scope.status().json["synchronised"]
 
 
 @pytest.mark.campaign

@@ -33,6 +33,10 @@ class HasWords(Protocol):
         """Switch a relay."""
         ...
 
+    def way_of(self, name: str, speed: str, seconds: float) -> tuple[float, float]:
+        """By how many steps a key for a time moves either axis."""
+        ...
+
     def press(self, name: str, speed: str, seconds: float) -> None:
         """Hold a key for a time."""
         ...
@@ -103,8 +107,8 @@ def differing(drive: HasWords) -> Answer:
     return Answer({"ok": True, "differences": rows})
 
 
-def pressed(drive: HasWords, axis: str, text: str) -> dict[str, Any]:
-    """Hold a key for a time, as `LEFT guide 0.5` has it.
+def key_of(axis: str, text: str) -> tuple[str, str, float]:
+    """Key, speed and seconds of `LEFT guide 0.5`.
 
     Raises
     ------
@@ -118,7 +122,11 @@ def pressed(drive: HasWords, axis: str, text: str) -> dict[str, Any]:
         seconds = float(words[2].removesuffix("s"))
     except ValueError:
         raise InputError(f"{words[2]}: give the seconds of the key, 0.5; {_RAW}") from None
-    key, speed = words[0].upper(), words[1].lower()
+    return words[0].upper(), words[1].lower(), seconds
+
+
+def pressed(drive: HasWords, key: str, speed: str, seconds: float) -> dict[str, Any]:
+    """Hold a key for a time; whoever calls has seen that its way is allowed."""
     drive.press(key, speed, seconds)
     said = f"{key} was held at {speed} speed for {seconds:g} s"
     return {"ok": True, "command": said, "lines": [said], "fiducials": []}

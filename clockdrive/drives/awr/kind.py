@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from clockdrive.clock import SystemClock
 from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
-from clockdrive.drives.awr.sections import axes_of
-from clockdrive.drives.awr.settings import baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
+from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
@@ -28,7 +28,14 @@ _HASTY_S = 0.12  # likewise while a release is near: with what the release takes
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
     one, two = (
-        Axis(f"axis{i + 1}", gearing, math.radians(section.min_deg), math.radians(section.max_deg), units="steps")
+        Axis(
+            f"axis{i + 1}",
+            gearing,
+            math.radians(section.min_deg),
+            math.radians(section.max_deg),
+            units="steps",
+            fastest=math.radians(FASTEST_DEG_S),
+        )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
     return one, two
@@ -102,7 +109,17 @@ def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, 
 
 
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
-    """What the driver of a simulator never used before remembers: it is synchronised, at park."""
-    from mounts.awr.memory import at_park  # noqa: PLC0415 - as in `drive`
+    """What the driver of a simulator never used before remembers: it is synchronised, at park.
 
-    return at_park(park_counts(configuration), time, meaning(configuration))
+    Its keys were seen to move it as configured, where they do: who has a unit that is otherwise has not seen that.
+    """
+    from mounts.awr.memory import Shown, at_park  # noqa: PLC0415 - as in `drive`
+
+    unit, drive = simulator_of(configuration), drive_of(configuration)
+    alike = all(
+        getattr(unit, name) == getattr(drive, name)
+        for name in ("frequency_unit", "acceleration_unit", "sidereal_steps_per_s")
+    )
+    seen = alike and not unit.reversed1, alike and not unit.reversed2
+    shown = Shown(settings(configuration).assumed, seen)
+    return at_park(park_counts(configuration), time, meaning(configuration), shown)

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from mounts.awr.settings import AwrSettings
 
 SIDEREAL_DEG_S = 360.0 / 86164.0905
+FASTEST_DEG_S = 4.0 * SIDEREAL_DEG_S  # of a drive, which goes on so when its program is gone: 1° a minute
+_NEAR_DEG = 5.0  # of a goto before anybody has seen that keys move the axes as configured
 _DEFAULT_BAUD = 9600
 
 
@@ -44,12 +46,15 @@ def settings(configuration: Configuration) -> "AwrSettings":
     from mounts.awr.uncertainty import Jitter  # noqa: PLC0415 - likewise
 
     drive = drive_of(configuration)
+    one, two = steps_per_degree(configuration)
     return AwrSettings(
         sidereal_steps_per_s=drive.sidereal_steps_per_s,
         frequency_unit=drive.frequency_unit,
         acceleration_unit=drive.acceleration_unit,
         rate_reference=drive.rate_reference,
         jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),
+        near=(one * _NEAR_DEG, two * _NEAR_DEG),
+        fastest=(one * FASTEST_DEG_S, two * FASTEST_DEG_S),
         meaning=meaning(configuration),
     )
 

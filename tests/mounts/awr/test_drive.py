@@ -4,9 +4,10 @@ import os
 import re
 import statistics
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
-from awr_bench import SIDEREAL, STILL, Bench, Line
+from awr_bench import SETTINGS, SIDEREAL, STILL, Bench, Line
 
 from mounts.awr.errors import AwrError
 from mounts.awr.factory import factory
@@ -14,7 +15,7 @@ from mounts.awr.messages import Error
 from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
-from mounts.errors import DriveRefused, Unsynchronised
+from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import LinkError, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
@@ -36,6 +37,20 @@ def test_a_path_is_kept_to_an_arcsecond_by_the_drive_registers():
     print(f"\nRMS {rms:.3f}″, at most {max(worst):.3f}″ off a path at 0.963 and 0.0074 of the sidereal rate")
     assert rms < 1.0
     assert not bench.awr.wear
+
+
+def test_no_drive_register_is_set_faster_than_may_go_on_when_the_program_is_gone():
+    bench = Bench(replace(SETTINGS, fastest=(4.0 * SIDEREAL, 4.0 * SIDEREAL)))
+    bench.connect()
+    for rates in ((70.0 * SIDEREAL, 0.0), (SIDEREAL, -5.0 * SIDEREAL)):
+        before = dict(bench.awr.ram)
+        satellite = Line(bench.true(), rates, bench.clock.now())
+        with pytest.raises(DriveRefused, match="choose a slower target"):
+            bench.drive.follow(satellite, bench.clock.now())
+        with pytest.raises(DriveRefused, match="choose a slower target"):
+            bench.slew(1e4, 0.0, rates=rates)
+        assert bench.awr.ram == before
+        assert bench.awr.keys == [0, 0]
 
 
 def test_stop_releases_the_keys_and_both_axes_stand_where_they_are_reckoned_to_be():
@@ -121,11 +136,38 @@ def test_what_voids_dead_reckoning_makes_it_unsynchronised_until_sync(what, why,
     with pytest.raises(Unsynchronised, match="sync"):
         bench.drive.start([AxisSlew(0.0), AxisSlew(0.0)], bench.clock.now())
     bench.awr.override(stopped=False)
+    bench.clock.sleep(0.1)
     bench.read()
     bench.drive.sync((10.0, 20.0), bench.clock.now())
     reading = bench.read()
     assert not reading.unsynchronised
     assert reading.counts == pytest.approx((10.0, 20.0), abs=60.0)
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+@pytest.mark.parametrize("told", [False, True])
+def test_what_rests_rests_again_after_a_reset(told, deaf):
+    bench = Bench()
+    bench.connect(make_safe=True)
+    receive = bench.line.receive
+    bench.awr.reset("brownout")
+    if not told:
+        bench.awr.says(bench.clock.now() + 1.0)
+        bench.clock.sleep(11.0)
+    bench.clock.sleep(1.0)
+    if deaf:
+        bench.line.receive = lambda data, t: (
+            b"" if data[1:2] == b"8" else receive(data, t)
+        )  # soft writes and their reads
+        with suppress(DriveError, TransportError):
+            bench.read()
+        bench.line.receive = receive
+    bench.read()
+    bench.clock.sleep(1.0)
+    before = bench.true()
+    bench.clock.sleep(10.0)
+    assert bench.true() == before
+    assert not bench.read().tracking
 
 
 def test_an_event_that_is_lost_makes_it_unsynchronised():
@@ -326,3 +368,39 @@ def test_a_commit_that_a_damaged_command_made_is_noticed():
     bench.clock.sleep(11.0)
     bench.read()
     assert any("nobody asked to commit" in note for note in bench.drive.notes)
+
+
+def test_a_sync_is_refused_while_the_override_holds_and_both_axes_are_reckoned_at_rest_until_it_is_lifted():
+    bench = Bench()
+    bench.connect()
+    bench.awr.override(stopped=True)
+    bench.clock.sleep(1.0)
+    reading = bench.read()
+    assert reading.limits == ("override",)
+    assert [axis.rate for axis in reading.axes] == [0.0, 0.0]
+    before = bench.off()
+    bench.clock.sleep(60.0)
+    bench.read()
+    assert bench.off() == pytest.approx(before, abs=0.01)
+    with pytest.raises(DriveRefused, match="override button"):
+        bench.drive.sync((0.0, 0.0), bench.clock.now())
+    bench.awr.override(stopped=False)
+    bench.clock.sleep(1.0)
+    bench.read()
+    bench.drive.sync(bench.true(), bench.clock.now())
+    bench.clock.sleep(60.0)
+    reading = bench.read()
+    assert reading.tracking
+    assert not reading.unsynchronised
+    assert max(map(abs, bench.off())) < 0.5
+
+
+def test_a_clock_that_was_turned_back_between_two_programs_makes_it_unsynchronised():
+    bench = Bench()
+    bench.connect()
+    bench.slew(5e4, 2e4)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    memory = dict(bench.drive.memory)
+    again = Bench(memory=memory | {"time": memory["time"] + 60.0}, clock=bench.clock)
+    again.awr = again.line.device = bench.awr
+    assert "60 s earlier than when the position was kept" in again.connect().unsynchronised

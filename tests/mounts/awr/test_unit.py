@@ -65,7 +65,7 @@ def test_it_asks_only_for_what_the_firmware_tells(firmware, hears):
 
 
 @pytest.mark.parametrize(
-    ("firmware", "said"), [(0.05, "0.05 speaks without packets.*0.54 or later"), (99.99, None), (0.77, None)]
+    ("firmware", "said"), [(0.53, "0.53 is older than the packets.*0.59 or later"), (99.99, None), (0.77, None)]
 )
 def test_unknown_firmware_is_named(firmware, said):
     wire = Wire(SimulatorSettings(firmware=firmware))
@@ -73,6 +73,15 @@ def test_unknown_firmware_is_named(firmware, said):
         assert ("newer than 0.77" in wire.unit.identify()) is (firmware > 1.0)
         return
     with pytest.raises(WrongProtocol, match=said):
+        wire.unit.identify()
+
+
+@pytest.mark.parametrize("firmware", [0.54, 0.58])
+def test_firmware_that_may_be_older_than_packets_is_driven_where_it_answers_in_them_and_that_is_said(firmware):
+    wire = Wire(SimulatorSettings(firmware=firmware))
+    assert "older than 0.59" in wire.unit.identify()
+    wire.awr.receive = lambda *_: b"FF0054"
+    with pytest.raises((WrongProtocol, NoAnswer)):
         wire.unit.identify()
 
 

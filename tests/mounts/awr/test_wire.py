@@ -168,7 +168,7 @@ def test_the_table_of_registers_is_whole():
         (lambda: commands.relay(4, on=True), "there are 1, 2, 3"),
         (lambda: commands.read(0x2C), "no register at 2C"),
         (lambda: registers.version_of(0x0A77), "no firmware version.*9600 baud"),
-        (lambda: registers.supported(registers.Version(0, 5)), "0.05 speaks without packets.*ask AWR"),
+        (lambda: registers.supported(registers.Version(0, 5)), "0.05 is older than the packets.*ask AWR"),
     ],
 )
 def test_what_is_not_there_is_refused_with_what_is(ask, said):
