@@ -22,7 +22,7 @@ from mounts.apo.readings import Drift, Status
 from mounts.apo.settings import AxisSettings
 from mounts.apo.status_word import StatusWord, sticky_mask
 from mounts.errors import DriveRefused
-from transports.errors import LinkError, NoAnswer, WrongAnswer
+from transports.errors import LinkError, NoAnswer, TransportError, WrongAnswer
 
 _T = TypeVar("_T")
 _D = TypeVar("_D", bound=Drift)
@@ -80,6 +80,8 @@ class ControlledAxis:
         self.must_init = False
         """Whether the controller has been seen in a state from which INIT alone frees it."""
         self.clock_stepped = False
+        self.bits_lost = False
+        """Whether an answer was lost that may have taken with it that the controller has restarted."""
         self.led = False
         """Whether it was given somewhere to go since it was last seen at rest."""
         self.answered = 0.0
@@ -120,13 +122,20 @@ class ControlledAxis:
         unsure = _PRINTED_DEG + abs(rate) * (_PRINTED_S + self.offset.uncertainty_s) + self.confirming.off_deg
         self.sight = Sight(posix, status.position_deg, rate, unsure, status.word)
         self.queue.forget_before(posix)
-        if abs(rate) < STANDS_DEG_S and not self.word.restarted and self.queue.rests_from(posix):
+        self.bits_lost = self.bits_lost and not self.confirming.foreseen  # had it restarted it would not be there
+        restarted = self.word.restarted or self.bits_lost
+        if abs(rate) < STANDS_DEG_S and not restarted and self.queue.rests_from(posix):
             self.led = False
         return self.sight
 
     def _status(self) -> Timed[Status]:
         """Ask once; what the answer has cleared by being read is kept, whatever becomes of the rest of it."""
-        timed = self.controller.status()
+        try:
+            timed = self.controller.status()
+        except (MalformedReply, TransportError):
+            self.bits_lost |= self.latched.kind == "sdss"  # to read them is to clear them
+            raise
+        self.bits_lost |= timed.repeated and self.latched.kind == "sdss"
         word = timed.value.word
         self.latched |= StatusWord(word.value & sticky_mask(word.kind), word.kind)
         self.must_init |= halts(word)

@@ -41,12 +41,15 @@ class Confirming:
     ----------
     off_deg : float
         Degrees by which the last answer was not where it was foreseen.
+    foreseen : bool
+        Whether that was where it was foreseen, and no other answer had to confirm it.
     jumped_deg : float
         How far the position has jumped, which no motion explains: it was lost, or somebody set it.
     """
 
     def __init__(self, queue: NodeQueue, offset: ClockOffset, acceleration_deg_s2: float) -> None:
         self.off_deg = self.jumped_deg = 0.0
+        self.foreseen = False
         self._queue = queue
         self._offset = offset
         self._acceleration = acceleration_deg_s2
@@ -88,7 +91,7 @@ class Confirming:
             )  # an earlier answer echoes the same
             off = 0.0 if confirmed else self._unforeseen(timed)
             if off is not None:
-                self.off_deg = off
+                self.off_deg, self.foreseen = off, not confirmed
                 if confirmed and self._last is not None:
                     self._judge_jump(self._last, timed)
                 self._last, self._last_at = timed.value, timed.sent

@@ -39,6 +39,7 @@ class Timed(Generic[_Value]):
     sent: float
     began: float
     received: float
+    repeated: bool = False  # it was asked for again, as an earlier answer was lost
 
 
 class Controller:
@@ -111,7 +112,8 @@ class Controller:
         An SDSS answer that is lost on the way takes the bits with it; what still holds is there in the next.
         """
         answer = self.tell("STATUS")
-        return Timed(parse_status(answer.reply, self._kind), answer.sent, answer.began, answer.received)
+        status = parse_status(answer.reply, self._kind)
+        return Timed(status, answer.sent, answer.began, answer.received, answer.repeated)
 
     def drift(self) -> Timed[Drift]:
         """Let the axis go on at its present velocity, and ask on what line."""

@@ -20,7 +20,7 @@ A command that came back *changed* was obeyed as it came back: `WrongAnswer`, an
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mounts.apo.commands import normal
 from mounts.apo.errors import MalformedReply
@@ -75,6 +75,8 @@ class Answer:
         POSIX time at which its first byte can have left at the latest, by the line's speed.
     received : float
         POSIX time at which the whole answer was here.
+    repeated : bool
+        Whether it is to a request that was sent again, for the answer to an earlier one was lost.
     """
 
     reply: Reply
@@ -82,6 +84,7 @@ class Answer:
     sent: float
     began: float
     received: float
+    repeated: bool = False
 
 
 class Line:
@@ -139,13 +142,15 @@ class Line:
             The link cannot be opened, or was lost.
         """
         latest = self._clock.now() + self._deadline - self._timeout  # the last moment to send
+        repeated = False
         while True:
             link = self._ready(request, latest)
             try:
-                return self._converse(link, request.text, request.answer_bytes)
+                return replace(self._converse(link, request.text, request.answer_bytes), repeated=repeated)
             except (NoAnswer, WrongAnswer, LinkError):
                 if not request.repeatable or self._clock.now() >= latest:
                     raise
+                repeated = True
 
     def close(self) -> None:
         """Close the link; the next request opens it again."""

@@ -53,23 +53,20 @@ class Trust:
         """Take note of where the axes are."""
         self._time, self._position, self._rates = time, tuple(position), tuple(rates)
 
-    def restarted(self, axis: int, sight: Sight, *, led: bool) -> None:
-        """Judge the position of a controller that has restarted since it was last seen.
+    def restarted(self, axis: int, sight: Sight, *, led: bool, surely: bool = True) -> None:
+        """Judge the position of a controller that has restarted since it was last seen, or may have: not `surely`.
 
         One that stood where it stands has kept it. Of one that moved, or was `led` somewhere, nobody can tell.
         """
-        name = self._settings.axes[axis].name
+        has = f"{self._settings.axes[axis].name}: its controller {'has' if surely else 'may have'} restarted"
         if self._position is None:
-            self.lose_axis(
-                axis, f"{name}: its controller has restarted and was never seen before; `sync` on a target"
-            )
+            self.lose_axis(axis, f"{has} and was never seen before; `sync` on a target")
         elif led or abs(self._rates[axis]) > _STOOD_DEG_S:
-            self.lose_axis(axis, f"{name}: its controller has restarted while the axis moved; `sync` on a target")
+            self.lose_axis(axis, f"{has} while the axis moved; `sync` on a target")
         elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
             self.lose_axis(
                 axis,
-                f"{name}: its controller has restarted at {sight.position:.4f}°, {moved:.4f}° from where it was last "
-                "seen; `sync` on a target",
+                f"{has} at {sight.position:.4f}°, {moved:.4f}° from where it was last seen; `sync` on a target",
             )
 
     def found(self, axis: int, sight: Sight) -> None:

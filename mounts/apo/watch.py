@@ -49,12 +49,8 @@ class Watch:
 
     def _trouble_of(self, i: int, sight: Sight) -> str:
         axis = self._group.axes[i]
-        if axis.word.restarted:
-            doubted = self._trust.unsynchronised
-            self._group.free(i)
-            if self._trust.unsynchronised != doubted:
-                return self._trust.unsynchronised
-            return f"{axis.name}: the controller has restarted and was initialised; `goto` again"
+        if text := self._restart_of(i, sight):
+            return text
         if jumped := axis.confirming.jumped_deg:
             axis.confirming.jumped_deg = 0.0
             self._trust.lose_axis(
@@ -66,6 +62,18 @@ class Watch:
         if axis.queue.is_path and sight.time > axis.queue.ends + _DRY_S:
             return f"{axis.name}: its path ended {sight.time - axis.queue.ends:.1f} s ago; `goto` again"
         return ""
+
+    def _restart_of(self, i: int, sight: Sight) -> str:
+        """What it means that a controller has restarted, or that an answer which would have said so was lost."""
+        axis, doubted, surely = self._group.axes[i], self._trust.unsynchronised, self._group.axes[i].word.restarted
+        if surely:
+            self._group.free(i)
+        elif axis.bits_lost:
+            axis.bits_lost = False
+            self._trust.restarted(i, sight, led=axis.led, surely=False)
+        if self._trust.unsynchronised != doubted:
+            return self._trust.unsynchronised
+        return f"{axis.name}: the controller has restarted and was initialised; `goto` again" if surely else ""
 
     def reading(self, sights: Sequence[Sight], *, follows: bool, braking: bool) -> Reading:
         """All axes, carried to one time.

@@ -534,6 +534,25 @@ def test_a_restart_of_an_axis_that_was_about_to_move_leaves_its_position_unknown
         bench.run(1.0)
 
 
+@pytest.mark.parametrize("is_lost", [True, False])
+def test_a_position_is_unknown_where_the_news_of_a_restart_may_have_been_lost_with_an_answer(is_lost):
+    bench = Bench("sdss").connected()
+    bench.start(60.0, 45.0)
+    bench.run(10.0)
+    restarted = bench.clock.now()
+    if is_lost:
+        bench.device.axes[0].restart(restarted, loses_position=True)
+    bench.loses = lambda _, data: "answer" if b"STATUS" in data and bench.clock.now() < restarted + 8.0 else ""
+    if is_lost:
+        with pytest.raises(Unsynchronised, match="azimuth: its controller may have restarted while the axis moved"):
+            bench.run_on_silent_lines(20.0)
+        assert bench.drive.read(bench.clock.now()).unsynchronised
+    else:
+        bench.run_on_silent_lines(8.0)
+        assert not bench.run(20.0).unsynchronised
+        assert bench.run(0.0).axes[0].counts == pytest.approx(bench.device.true_position(1), abs=1e-3)
+
+
 def test_settings_that_differ_are_noted_with_both_values():
     bench = Bench()
     bench.device.axes[0].servo.limits.velocity = 1.0
