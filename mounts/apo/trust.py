@@ -35,6 +35,8 @@ class Trust:
         lost = memory.get("lost_axes")
         self.lost_axes: set[int] = set(lost) if isinstance(lost, list) else set()
         """Axes whose position is not known."""
+        self.unsure = list(_numbers(memory.get("unsure"), len(settings.axes)) or (0.0,) * len(settings.axes))
+        """Degrees by which each axis may be off since its controller restarted, though it is where it stood."""
         time = memory.get("time")
         self._time = float(time) if isinstance(time, int | float) else 0.0
 
@@ -46,6 +48,7 @@ class Trust:
             "position": list(self._position or ()),
             "rates": list(self._rates),
             "lost_axes": sorted(self.lost_axes),
+            "unsure": list(self.unsure),
             "time": self._time,
         }
 
@@ -56,7 +59,8 @@ class Trust:
     def restarted(self, axis: int, sight: Sight, *, led: bool, surely: bool = True) -> None:
         """Judge the position of a controller that has restarted since it was last seen, or may have: not `surely`.
 
-        One that stood where it stands has kept it. Of one that moved, or was `led` somewhere, nobody can tell.
+        One that stood where it stands has kept it, or lost as little as it is elsewhere. Of one that moved, or was
+        `led` somewhere, nobody can tell.
         """
         has = f"{self._settings.axes[axis].name}: its controller {'has' if surely else 'may have'} restarted"
         if self._position is None:
@@ -68,6 +72,8 @@ class Trust:
                 axis,
                 f"{has} at {sight.position:.4f}°, {moved:.4f}° from where it was last seen; `sync` on a target",
             )
+        else:
+            self.unsure[axis] += moved
 
     def found(self, axis: int, sight: Sight) -> None:
         """Judge the position of an axis that was not looked at since it was driven last: whether it can be there."""
@@ -101,12 +107,14 @@ class Trust:
     def declared(self, axis: int) -> None:
         """The position of one axis is right from now on; so are all, where it alone was in doubt."""
         self.lost_axes.discard(axis)
+        self.unsure[axis] = 0.0
         if not self.lost_axes and self.unsynchronised.startswith(f"{self._settings.axes[axis].name}: "):
             self.unsynchronised = ""
 
     def synchronised(self, axes: int) -> None:
         """The position of the first so many axes is right from now on; the sky tells nothing of a rotator."""
         self.lost_axes -= set(range(axes))
+        self.unsure[:axes] = [0.0] * len(self.unsure[:axes])
         self.unsynchronised = ""
 
 

@@ -112,7 +112,7 @@ class Watch:
         unsure = sight.uncertainty + self._unseen(i, sight.velocity, late, braking=braking)
         if path:  # as far as the clock is known by which it is followed
             unsure += abs(path[0] - carried) + abs(path[1] - sight.velocity) * axis.offset.uncertainty_s
-        unsure += _ANYWHERE_DEG if i in self._trust.lost_axes else 0.0
+        unsure += _ANYWHERE_DEG if i in self._trust.lost_axes else self._trust.unsure[i]
         slews = self._ways.arrivals[i] is not None or i in self._stowing
         return AxisReading(carried, unsure, sight.velocity, slews)
 

@@ -553,6 +553,21 @@ def test_a_position_is_unknown_where_the_news_of_a_restart_may_have_been_lost_wi
         assert bench.run(0.0).axes[0].counts == pytest.approx(bench.device.true_position(1), abs=1e-3)
 
 
+def test_a_position_that_a_restart_may_have_lost_by_little_is_stated_no_finer_until_a_sync():
+    bench = Bench(positions=(8e-5, 45.0, 0.0)).connected()
+    bench.run(2.0)
+    bench.device.axes[0].restart(bench.clock.now(), loses_position=True)
+    bench.clock.sleep(10.0)
+    with pytest.raises(DriveRefused, match="azimuth: the controller has restarted"):
+        bench.run(1.0)
+    reading = bench.run(2.0)
+    assert not reading.unsynchronised
+    off = abs(bench.device.true_position(1) - reading.axes[0].counts)
+    assert 7e-5 < off <= reading.axes[0].uncertainty_counts < 2e-4
+    bench.drive.sync((0.0, 45.0), bench.clock.now())
+    assert bench.run(1.0).axes[0].uncertainty_counts < 1e-5
+
+
 def test_settings_that_differ_are_noted_with_both_values():
     bench = Bench()
     bench.device.axes[0].servo.limits.velocity = 1.0
