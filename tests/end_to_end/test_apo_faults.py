@@ -113,8 +113,9 @@ class Run:
 
     def is_on(self, target, what):
         """The tube looks at its target, and the rotator holds its angle and says so, where it is known."""
-        if (off := self.witness.off_arcsec(target)) > SETTLED_ARCSEC:
-            self.witness.fail(f"{what} {off:.2f}″ off its target")
+        unsure = math.hypot(*(axis.uncertainty_counts for axis in self.scope._session.reading.axes[:2])) * 3600.0
+        if (off := self.witness.off_arcsec(target)) > SETTLED_ARCSEC + unsure:
+            self.witness.fail(f"{what} {off:.2f}″ off its target, ±{unsure:.2f}″ stated")
         if not self.turns:
             return
         said = self.scope.status()["rotator"]
