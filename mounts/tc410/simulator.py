@@ -344,8 +344,9 @@ class SimulatedTC410:
             for name, value in snapshot["surroundings"].items()
         }
         self.surroundings = Surroundings(**around)
-        version, internal, gauss = snapshot["random"]
-        self.random.setstate((version, struct.unpack(_RANDOM, bytes.fromhex(internal)), gauss))
+        version, kept, gauss = snapshot["random"]  # a text, or the numbers themselves where an older program kept it
+        internal = struct.unpack(_RANDOM, bytes.fromhex(kept)) if isinstance(kept, str) else tuple(kept)
+        self.random.setstate((version, internal, gauss))
         self._apply()
 
 

@@ -501,6 +501,16 @@ def test_a_snapshot_survives_json_and_goes_on_the_same():
     assert copy.snapshot() == host.unit.snapshot()
 
 
+def test_a_snapshot_that_keeps_the_generator_as_numbers_goes_on_the_same():
+    unit = SimulatedTC410(SimulatorSettings(seed=5), 0.0)
+    unit.random.random()
+    snapshot = unit.snapshot()
+    version, internal, gauss = unit.random.getstate()
+    copy = SimulatedTC410(SimulatorSettings(seed=6), 0.0)
+    copy.restore({**snapshot, "random": [version, list(internal), gauss]})
+    assert copy.random.random() == unit.random.random()
+
+
 @pytest.mark.parametrize(
     "damage", [{"axes": []}, {"memory": None}, {"random": [3, [1], None]}, {"surroundings": {"x": 1}}]
 )
