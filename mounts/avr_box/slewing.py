@@ -19,6 +19,7 @@ _SHORT_S = 5.0  # that a move of tracking takes at most, for a slew to wait for 
 _EXCHANGE_S = 0.05  # of a question and its answer
 _CORRECTED = 2000  # microsteps by which the last piece of a slew makes up for what the others were off
 _AHEAD_S = 5e-4  # by which the last microstep is to be made before it is due
+_AS_PLANNED_S = 0.02  # from the planned arrival, by which a last piece can come sooner: the pause before it is longer
 _ROUNDS = 4  # of solving where both land, each later than the one before by less
 
 
@@ -74,8 +75,11 @@ class Slews:
                 began + _travel(axis, aim, slew, began).duration - _AHEAD_S
                 for axis, aim, slew in zip(self._axes, aims, slews, strict=False)
             ]
+            arrival = max(lands) + _AHEAD_S
+            if (planned := _planned(slews)) is not None and abs(planned - arrival) < _AS_PLANNED_S:
+                arrival, lands = planned, [min(own, planned - _AHEAD_S) for own in lands]
             aims = [
-                Aim(_led(axis, slew, own, max(lands) + _AHEAD_S), own, max(lands) + _AHEAD_S)
+                Aim(_led(axis, slew, own, arrival), own, arrival)
                 for axis, slew, own in zip(self._axes, slews, lands, strict=False)
             ]
         return aims
@@ -136,6 +140,12 @@ class Slews:
 def _travel(axis: BoxAxis, aim: Aim, slew: AxisSlew, begin: float) -> AvrTravel:
     model = axis.model if slew.max_rate is None else axis.model.limited(slew.max_rate)
     return model.travel(axis.at(begin).counts, aim.counts, 0.0, 0.0)
+
+
+def _planned(slews: Sequence[AxisSlew]) -> float | None:
+    """When both axes were planned to have landed, POSIX seconds; None where nobody did."""
+    arrivals = [slew.arrival for slew in slews[:2] if slew.arrival is not None]
+    return max(arrivals) if len(arrivals) == 2 else None
 
 
 def _led(axis: BoxAxis, slew: AxisSlew, lands: float, arrival: float) -> float:
