@@ -38,7 +38,7 @@ ADDRESSES = ("AZ", "ALT", "ROT")
 
 
 class Exchange(NamedTuple):
-    """What was said to one controller: when, whether all of its answer came, and whether it flushed the buffer."""
+    """What was said to one controller: when, whether it was taken and answered whole, and whether it flushes."""
 
     time: float
     came: bool
@@ -70,7 +70,8 @@ class ApoLine(FaultyLine):
         except LinkError:
             said.append(Exchange(t, came=False))
             raise
-        said.append(Exchange(t, bool(come) and come == self.answered, b"DRIFT" in data))
+        takes = b"the semaphore is owned by another" not in self.answered  # else nobody can give it anything
+        said.append(Exchange(t, bool(come) and come == self.answered and takes, b"DRIFT" in data))
         return come
 
 
