@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives.avr_box.figures import AvrBoxWords
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
 from pointing.plan import Axis, ShortMoves, Timing, Trims
@@ -30,6 +31,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             units="microsteps",
             trims=_trims(configuration) if i == 0 else None,
             short_moves=ShortMoves(math.radians(MOST_BESIDE_ARCSEC_S / 3600.0), LAGS_S[i]),
+            words=AvrBoxWords(),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.clock import SystemClock
 from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
+from clockdrive.drives.awr.figures import AwrWords
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
 from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
 from clockdrive.drives.kind import DEAD_MAN_LOG
@@ -35,6 +36,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
+            words=AwrWords(),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
+from clockdrive.drives.tc410.figures import Tc410Words
 from clockdrive.drives.tc410.gears import gearings, park_counts
 from clockdrive.drives.tc410.registers import completed_from, registers
 from clockdrive.drives.tc410.sections import drive_of
@@ -30,7 +31,8 @@ _SILENCE_S = 0.7  # more than the exchange of one register takes on a slow line,
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Gearing and travel of both axes; the travel is what the soft limit registers can hold."""
     one, two = (
-        Axis(f"axis{i + 1}", gearing, *travel(configuration, i)) for i, gearing in enumerate(gearings(configuration))
+        Axis(f"axis{i + 1}", gearing, *travel(configuration, i), words=Tc410Words())
+        for i, gearing in enumerate(gearings(configuration))
     )
     return one, two
 
