@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
     from clockdrive.configuration_keys import Facts
     from clockdrive.drives.kind import Kind
+    from mounts.commissioning import Step
 
 _FOLDERS = {"tc410": "tc410", "avr-box": "avr_box", "apo": "apo", "sdss": "apo", "awr": "awr"}
 
@@ -30,6 +31,13 @@ class Check(Protocol):
         ...
 
 
+class Commissioned(Protocol):
+    """What a kind of drive adds to a commissioning; it may leave out others by `LEFT_OUT`, and have `encoders`."""
+
+    BEFORE: "tuple[Step, ...]"
+    AFTER: "tuple[Step, ...]"
+
+
 def kind_of(configuration: "Configuration") -> "Kind":
     """What a configuration's kind of drive is here."""
     return cast("Kind", _part(configuration.drive.kind, "kind"))
@@ -38,6 +46,11 @@ def kind_of(configuration: "Configuration") -> "Kind":
 def check_of(kind: str) -> Check:
     """What the keys of a kind may be beside each other."""
     return cast("Check", _part(kind, "check"))
+
+
+def commissioning_of(kind: str) -> Commissioned:
+    """The steps of a commissioning that a kind of drive has of its own."""
+    return cast("Commissioned", import_module(f"mounts.{_FOLDERS[kind]}.commissioning"))
 
 
 def _part(kind: str, name: str) -> object:

@@ -7,6 +7,7 @@ from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
+    from clockdrive.drives.by_hand import AtRest, ByHand
     from mounts.drive import Drive
     from transports.link import Clock
     from transports.memory import Device
@@ -85,4 +86,8 @@ class Kind(Protocol):
 
     def memory_at_park(self, configuration: "Configuration", time: float) -> dict[str, object]:
         """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+        ...
+
+    def by_hand(self, at_rest: "AtRest") -> "ByHand":
+        """The drive in a person's hands."""
         ...

@@ -11,6 +11,8 @@ from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_cou
 from pointing.plan import Axis, ShortMoves, Timing, Trims
 
 if TYPE_CHECKING:
+    from clockdrive.drives.avr_box.by_hand import AvrBoxByHand
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from mounts.avr_box.drive import AvrBoxDrive
     from mounts.avr_box.simulator import SimulatedAvrBox
@@ -101,3 +103,10 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
     from mounts.avr_box.memory import at_park  # noqa: PLC0415 - as in `drive`
 
     return at_park(park_counts(configuration), time, meaning(configuration))
+
+
+def by_hand(at_rest: "AtRest") -> "AvrBoxByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.avr_box.by_hand import AvrBoxByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return AvrBoxByHand(at_rest)

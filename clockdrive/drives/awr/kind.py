@@ -15,6 +15,8 @@ from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.drives.awr.by_hand import AwrByHand
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from mounts.awr.beside import Guardian
     from mounts.awr.drive import AwrDrive
@@ -125,3 +127,10 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
     seen = alike and not unit.reversed1, alike and not unit.reversed2
     shown = Shown(settings(configuration).assumed, seen)
     return at_park(park_counts(configuration), time, meaning(configuration), shown)
+
+
+def by_hand(at_rest: "AtRest") -> "AwrByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.awr.by_hand import AwrByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return AwrByHand(at_rest)

@@ -16,7 +16,9 @@ from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
+    from clockdrive.drives.tc410.by_hand import Tc410ByHand
     from mounts.tc410.direct import Guardian
     from mounts.tc410.drive import TC410
     from mounts.tc410.simulator import SimulatedTC410
@@ -119,3 +121,10 @@ def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, 
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
     """What the driver of a simulator never used before remembers: it is synchronised, at park."""
     return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}
+
+
+def by_hand(at_rest: "AtRest") -> "Tc410ByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.tc410.by_hand import Tc410ByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return Tc410ByHand(at_rest)
