@@ -476,6 +476,9 @@ _SIMULATOR = (
     Key("simulator", "debug", "number", 0.0, "how likely debug text follows what it says", "", 0, 1, drives=_AWR),
     Key("simulator", "byte_loss", "number", 0.0, "how likely a byte is lost, either way", "", 0, 0.5, drives=_AWR),
     Key("simulator", "byte_doubling", "number", 0.0, "how likely a byte comes twice", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "byte_delay", "number", 0.0, "how likely a byte is late with all behind it, either way", "", 0,
+        0.5, drives=_AWR),
+    Key("simulator", "byte_delay_s", "number", 0.05, "by how much it is late", "s", 0, 2, drives=_AWR),
     Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
