@@ -90,7 +90,7 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
 
 def test_without_a_dead_man_no_key_is_pressed():
     bench = Bench()
-    bench.drive._beside._guardian = None
+    bench.drive._parts.beside._guardian = None
     bench.connect()
     with pytest.raises(DriveRefused, match="dead-man process must stand beside"):
         bench.slew(1e4, 0.0)
