@@ -30,6 +30,7 @@ from clockdrive.centring import Centring
 from clockdrive.choosing import Choosing
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration, load
+from clockdrive.configuration_keys import DEFAULT_KIND
 from clockdrive.control import Steps, control_for
 from clockdrive.direct_speed import DirectSpeed
 from clockdrive.drive_registers import DriveRegisters
@@ -177,7 +178,7 @@ class Telescope:
     @classmethod
     def simulated(
         cls,
-        kind: str = "tc410",
+        kind: str = DEFAULT_KIND,
         *,
         overrides: Mapping[str, object] | None = None,
         clock: "Clock | None" = None,
