@@ -48,6 +48,8 @@ def checked(key: Key, raw: object, folder: Path) -> Value:
         return raw
     value = _TYPED[key.kind](raw)
     if isinstance(value, str) and key.kind == "path":
+        if value in key.choices:  # a name in place of a path
+            return value
         return folder / Path(value).expanduser()
     if key.choices and value not in key.choices:
         raise BadValue

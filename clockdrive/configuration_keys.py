@@ -75,7 +75,8 @@ class Key:
         if self.choices == MODES:
             return "0 to 17 | 128"
         if self.choices:
-            return " | ".join(str(choice) for choice in self.choices)
+            paths = [KIND_WORDS["path"]] if self.kind == "path" else []
+            return " | ".join([*paths, *map(str, self.choices)])
         if self.low is None or self.high is None:
             return KIND_WORDS[self.kind]
         bounds = f"above {_plain(self.low)}, at most" if self.above else f"{_plain(self.low)} to"
@@ -255,8 +256,9 @@ _DRIVE = (
         "counts", 0, 1e7, drives=_AVR),
     Key("drive", "max_uninterruptible_s", "number", 30.0, "longest move, as no command stops one", "s", 1, 600,
         drives=_AVR),
-    Key("drive", "slew_table", "path", None, "the box's own slew table when it is not the standard one",
-        drives=_AVR, example="slew_table.csv"),
+    Key("drive", "slew_table", "path", None,
+        "the box's own slew table when it is not the standard one",
+        choices=("standard",), drives=_AVR, example="slew_table.csv"),
     Key("drive", "on_expiry", "text", "halt", "what a controller does when its path has run out",
         choices=("halt", "extrapolate"), drives=_NODES),
     Key("drive", "landing", "text", "each", "whether the axes arrive each as soon as it can, or all together",
@@ -469,8 +471,15 @@ _SIMULATOR = (
         0.5, drives=_AVR),
     Key("simulator", "encoder_counts_per_turn", "integer", 0, "what its encoders count; 0: as the drive's key says",
         "counts", 0, 1e7, drives=_AVR),
-    Key("simulator", "slew_table", "path", None, "its slew table, where it is another one than the drive's key says",
-        drives=_AVR, example="slew_table.csv"),
+    Key("simulator", "slew_table", "path", None,
+        "its slew table, where it is another one than the drive's key says",
+        choices=("standard",), drives=_AVR, example="slew_table.csv"),
+    Key("simulator", "table_clocks", "text", "byte+1", "how many timer clocks a byte of its slew table means",
+        choices=("byte+1", "byte"), drives=_AVR),
+    Key("simulator", "fine_compare", "integer", 255, "compare value of its timer for single microsteps of axis 2", "",
+        1, 255, drives=_AVR),
+    Key("simulator", "interrupted", "text", "lost", "what becomes of a microstep of tracking that a slew interrupts",
+        choices=("lost", "kept"), drives=_AVR),
     Key("simulator", "index_pulse", "flag", default=True, meaning="a Hall sensor resets its PEC bin once a worm turn",
         drives=_AVR),
     Key("simulator", "sidereal_steps_per_s", "number",
@@ -490,6 +499,9 @@ _SIMULATOR = (
     Key("simulator", "debug", "number", 0.0, "how likely debug text follows what it says", "", 0, 1, drives=_AWR),
     Key("simulator", "byte_loss", "number", 0.0, "how likely a byte is lost, either way", "", 0, 0.5, drives=_AWR),
     Key("simulator", "byte_doubling", "number", 0.0, "how likely a byte comes twice", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "byte_delay", "number", 0.0, "how likely a byte is late with all behind it, either way", "", 0,
+        0.5, drives=_AWR),
+    Key("simulator", "byte_delay_s", "number", 0.05, "by how much it is late", "s", 0, 2, drives=_AWR),
     Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
