@@ -8,7 +8,7 @@ from mounts.awr.registers import BY_NAME
 from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, UNTOLD
 from mounts.awr.unit import Happened
 
-_COOKIE_EVERY_S = 10.0
+_COOKIE_EVERY_S = 2.0
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 
