@@ -16,7 +16,7 @@ from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
     from clockdrive.drives.kind import Remember
-    from mounts.tc410.direct import Guardian
+    from mounts.beside import Guardian
     from mounts.tc410.drive import TC410
     from mounts.tc410.simulator import SimulatedTC410
     from mounts.tc410.unit import Unit
