@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import gearing, number, park_degrees, sections, settings, travel
+from clockdrive.drives.configured import baud, baud_of
 from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from transports.link import Clock, Link
     from transports.memory import Device
 
-_SERIAL_BAUD = 9600
 _ATTEMPTS = 4  # answers waited for before a command is given up
 
 
@@ -133,22 +133,20 @@ def links(configuration: Configuration) -> tuple[str, ...]:
 def _line(url: str, opening: "Callable[[], Link]", clock: "Clock", timeout_s: float) -> "Line":
     from mounts.apo.line import Line  # noqa: PLC0415 - likewise
 
-    _, _, options = url.partition("baud=")
-    baud = None if url.startswith("tcp:") else int(options) if options else _SERIAL_BAUD
-    return Line(opening, clock, baud=baud, timeout_s=timeout_s, deadline_s=_ATTEMPTS * timeout_s)
+    return Line(opening, clock, baud=baud_of(url), timeout_s=timeout_s, deadline_s=_ATTEMPTS * timeout_s)
 
 
 def _simulated_lines(configuration: Configuration, clock: "Clock", devices: "tuple[Device, ...]") -> "list[Line]":
     from mounts.apo.line import Line  # noqa: PLC0415 - likewise
     from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
 
-    latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
+    latency, speed = configuration.simulator.latency_s, baud(configuration)
     timeout_s = number(configuration, "drive.timeout_s")
     return [
         Line(
-            partial(MemoryLink, device, clock, latency_s=latency, baud=baud, name=f"sim:{i + 1}"),
+            partial(MemoryLink, device, clock, latency_s=latency, baud=speed, name=f"sim:{i + 1}"),
             clock,
-            baud=baud,
+            baud=speed,
             timeout_s=timeout_s,
             deadline_s=_ATTEMPTS * timeout_s,
         )

@@ -5,6 +5,7 @@ from fractions import Fraction
 from typing import Literal, cast
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives import configured
 from mounts.apo.controller import AXIS_WORDS
 from mounts.apo.settings import ApoSettings, AxisSettings
 from pointing.gearing import Gearing
@@ -81,15 +82,6 @@ def _axis(configuration: Configuration, section: str, name: str, word: str) -> A
 
 
 def _meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
+    """What must not change between a sync and the next goto."""
     gears = (gearing(configuration, section) for section in sections(configuration))
-    site = configuration.site
-    return "; ".join(
-        (
-            configuration.mount.type,
-            f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}",
-            *(f"{gear.centre_deg!r} {gear.reversed}" for gear in gears),
-        )
-    )
+    return configured.meaning(configuration, (f"{gear.centre_deg!r} {gear.reversed}" for gear in gears))
