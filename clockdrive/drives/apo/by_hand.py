@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
-from clockdrive.answers import Answer, utc
+from clockdrive.answers import Answer
 from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
 from clockdrive.errors import ArgumentError, InputError, Refused
+from clockdrive.utc import utc
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
