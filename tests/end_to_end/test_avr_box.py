@@ -460,7 +460,7 @@ def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):
 
 def test_half_a_command_is_left_by_the_power_switch_and_a_sync(tmp_path):
     with opened(tmp_path) as scope:
-        star, link = star_at(scope, 60.0, 50.0), scope._session.drive._box._link
+        star, link = star_at(scope, 60.0, 50.0), scope._session.drive._box._kept._link
         write = link.write
 
         def cut(data):

@@ -27,11 +27,12 @@ from clockdrive.clock import VirtualClock
 from mounts.avr_box.box import Box
 from mounts.avr_box.commands import COMMANDS, AvrBoxError
 from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
-from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
+from mounts.avr_box.memory import at_park
 from mounts.avr_box.pec import PeriodicError, table
 from mounts.avr_box.runaway import Runaway
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
+from mounts.remembered import NEVER, UNREADABLE
 from transports.errors import NoAnswer
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"

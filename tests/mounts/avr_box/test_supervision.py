@@ -7,11 +7,11 @@ import pytest
 from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
 
 from mounts.avr_box.commands import COMMANDS
-from mounts.avr_box.memory import NEVER
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
+from mounts.remembered import NEVER
 from transports.errors import LinkError
 
 
