@@ -169,7 +169,7 @@ class Supervision:
         if not any(self._beyond(axis, told) for axis in self._axes):
             self._agreed(told)
             return
-        told = self._box.ask(commands.ASK_ENCODERS)  # digits can be garbled and still be some
+        told = self._surely_told()
         if any(self._beyond(axis, told) for axis in self._axes):
             self._act(told)
         else:
