@@ -137,7 +137,7 @@ class AvrBoxDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        return (*self._own_notes, *self.supervision.notes)
+        return (*self._own_notes, *self.supervision.standing.notes)
 
     # Connecting ------------------------------------------------------------------------------------------------
 
@@ -215,7 +215,7 @@ class AvrBoxDrive:
             now,
             tuple(axes),
             motion=("tracking", *self.supervision.moved_by),
-            alarms=self.supervision.alarms,
+            alarms=self.supervision.standing.alarms,
             tracking=not self._resting,
             unsynchronised=self.supervision.unsynchronised,
         )

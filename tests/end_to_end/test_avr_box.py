@@ -448,7 +448,7 @@ def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):
     with opened(tmp_path, axis1__park_deg=160.0, limits__horizon_deg=-5.0) as scope:
         scope.park()
         scope.wait(30.0)
-        scope._session.drive.supervision._lose("the box was switched off and on; `sync` on a known star")
+        scope._session.drive.supervision.standing.lose("the box was switched off and on; `sync` on a known star")
         scope.wait(600.0)
         status = scope.status().json
         assert "not held" in status["warnings"][-1]

@@ -8,8 +8,8 @@ from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line
 
 from mounts.avr_box.commands import COMMANDS
 from mounts.avr_box.memory import NEVER
+from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
-from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
 from transports.errors import LinkError
@@ -220,7 +220,7 @@ def test_a_runaway_is_ended_though_nobody_knows_where_the_axes_are(axis, never):
     bench = Bench(memory={} if never else None)
     bench.connect()
     if not never:
-        bench.drive.supervision._lose(SWITCHED)
+        bench.drive.supervision.standing.lose(SWITCHED)
     bench.read()
     bench.box.receive(b"M\x00\x00\x00\x10" + bytes((2 * (axis - 1),)), bench.clock.now())
     began = bench.true()[axis - 1]
