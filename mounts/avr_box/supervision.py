@@ -156,6 +156,7 @@ class Supervision:
         self.on_trial = False
         told = self._box.ask(commands.ASK_ENCODERS)
         for axis, said in zip(self._axes, told.pair, strict=True):
+            axis.agreed()
             if axis.encoder is not None and axis.encoder.zero is not None:
                 axis.halted(axis.encoder.steps(said), told.middle, BOUND_COUNTS * axis.encoder.step)
 
