@@ -106,7 +106,8 @@ _CONTROLLER_RANGE: dict[tuple[str, str], tuple[float, ...]] = {
 }
 
 
-def _number(facts: Facts, dotted: str) -> float:
+def number_of(facts: Facts, dotted: str) -> float:
+    """The value of a key that is a number."""
     value = facts[dotted]
     if not isinstance(value, int | float):
         raise TypeError(dotted)
@@ -115,7 +116,7 @@ def _number(facts: Facts, dotted: str) -> float:
 
 def _rest(facts: Facts, section: str) -> float:
     """The angle of axis `section` where a telescope of this mount type naturally rests, degrees."""
-    latitude = _number(facts, "site.latitude_deg")
+    latitude = number_of(facts, "site.latitude_deg")
     pole = 90.0 if latitude >= 0.0 else -90.0
     angles = {_FORK: (0.0, latitude), _GERMAN: (90.0, pole), _ALTAZ: (0.0, 45.0)}[str(facts["mount.type"])]
     return {"axis1": angles[0], "axis2": angles[1]}.get(section, 0.0)
@@ -129,8 +130,8 @@ def _range(facts: Facts, section: str) -> tuple[float, float]:
     controller = _CONTROLLER_RANGE.get((str(facts["drive.kind"]), section))
     if controller is not None:
         return controller[0], controller[1]
-    north = _number(facts, "site.latitude_deg") >= 0.0
-    past = _number(facts, "limits.hour_angle_past_meridian_deg")
+    north = number_of(facts, "site.latitude_deg") >= 0.0
+    past = number_of(facts, "limits.hour_angle_past_meridian_deg")
     return {  # a fork stops short of its lower crossing; an altazimuth's cables take three quarters of a turn
         (_FORK, "axis1"): (-170.0, 170.0),
         (_FORK, "axis2"): (-90.0, 90.0),
@@ -142,7 +143,7 @@ def _range(facts: Facts, section: str) -> tuple[float, float]:
 
 
 def _park(facts: Facts, section: str) -> float:
-    low, high = _number(facts, f"{section}.min_deg"), _number(facts, f"{section}.max_deg")
+    low, high = number_of(facts, f"{section}.min_deg"), number_of(facts, f"{section}.max_deg")
     return min(max(_rest(facts, section), low), high)
 
 
@@ -152,7 +153,7 @@ def tc410_fastest_deg_s(facts: Facts, section: str) -> float:
     if not (isinstance(main, GearTeeth) and isinstance(secondary, GearTeeth)):
         raise TypeError(section)
     microsteps = TC410_MICROSTEPS[str(facts[f"{section}.drive_type"])]
-    step = 360.0 * float(main * secondary) / (_number(facts, f"{section}.motor_steps") * microsteps)
+    step = 360.0 * float(main * secondary) / (number_of(facts, f"{section}.motor_steps") * microsteps)
     return TC410_UNITS_PER_S * step
 
 
@@ -166,12 +167,12 @@ def _controller(index: int) -> Rule:
 
 def _isa_pressure(facts: Facts, _section: str) -> float:
     """Pressure of the International Standard Atmosphere, troposphere, hPa."""
-    return round(1013.25 * math.pow(1.0 - 2.25577e-5 * _number(facts, "site.height_m"), 5.25588), 2)
+    return round(1013.25 * math.pow(1.0 - 2.25577e-5 * number_of(facts, "site.height_m"), 5.25588), 2)
 
 
 def _isa_temperature(facts: Facts, _section: str) -> float:
     """Temperature of the International Standard Atmosphere, troposphere, Celsius."""
-    return round(15.0 - 0.0065 * _number(facts, "site.height_m"), 2)
+    return round(15.0 - 0.0065 * number_of(facts, "site.height_m"), 2)
 
 
 def _mount_type(facts: Facts, _section: str) -> str:
@@ -485,6 +486,9 @@ _SIMULATOR = (
     Key("simulator", "debug", "number", 0.0, "how likely debug text follows what it says", "", 0, 1, drives=_AWR),
     Key("simulator", "byte_loss", "number", 0.0, "how likely a byte is lost, either way", "", 0, 0.5, drives=_AWR),
     Key("simulator", "byte_doubling", "number", 0.0, "how likely a byte comes twice", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "byte_delay", "number", 0.0, "how likely a byte is late with all behind it, either way", "", 0,
+        0.5, drives=_AWR),
+    Key("simulator", "byte_delay_s", "number", 0.05, "by how much it is late", "s", 0, 2, drives=_AWR),
     Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
