@@ -7,6 +7,8 @@ import re
 import shutil
 
 import pytest
+from astropy import units as u
+from astropy.time import Time
 from avr_bench import coarser_table
 from telescope_bench import T0, Witness, star_at
 
@@ -321,6 +323,22 @@ def test_a_plan_says_how_far_off_the_rates_are_that_short_moves_hold(tmp_path):
         assert two["lag_arcsec"] == pytest.approx(11.0, abs=0.5)
         assert scope.rates(star, rate_arcsec_s=(0.0, 100.0)).json["axes"][1]["lag_arcsec"] is None
         assert scope.plan(star).json["axes"][0]["lag_arcsec"] == 0.0
+
+
+def test_the_next_limit_is_when_a_rate_grows_beyond_what_short_moves_hold(tmp_path):
+    with opened(tmp_path, site__latitude_deg=50.0) as scope:
+        star, since = star_at(scope, 5.0, 65.0), "2027-01-15T08:00:00Z"
+        own = {"rate_arcsec_s": (6.0, 25.0), "rate_from": since}  # its hour angle runs faster and faster to the pole
+        limit = scope.plan(star, **own)["next_limit"]
+        met = Time(limit["utc"].rstrip("Z"))
+        early, late = (
+            scope.rates(star, met + seconds * u.s, **own)["axes"][0]["rate_deg_s"] * 3600.0 for seconds in (-1.0, 1.0)
+        )
+    slowest = 125000 / 230 / 2 * ARCSEC[0] - 30.0
+    print(f"\n{limit['utc']}: axis 1 at {early:.3f}″/s, then {late:.3f}″/s, held from {slowest:.3f}″/s")
+    assert limit["name"] == "axis1 short moves"
+    assert late < slowest < early
+    assert early - late < 0.1
 
 
 def test_a_jog_so_slow_that_tracking_would_outrun_it_is_refused_with_its_least_speed(tmp_path):
