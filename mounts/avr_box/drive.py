@@ -69,7 +69,9 @@ class AvrBoxDrive:
             for i, law in enumerate(laws(settings.slew_table))
         )
         self.axes = (one, two)
-        self.supervision = Supervision(box, self.axes, self._ticks, kept.unsynchronised, kept.time)
+        self.supervision = Supervision(
+            box, self.axes, self._ticks, kept.unsynchronised, kept.time, endable=settings.busy == "restart"
+        )
         self._watch = TickWatch(box, self._ticks, self.axes)
         self._moves = Moves(box, settings, self.supervision, self._watch, lambda: remember(self.memory))
         self._slews = Slews(box, self.axes, self._moves)

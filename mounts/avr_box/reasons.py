@@ -26,4 +26,5 @@ COUNTS = (
     'by the encoders moves go {} as far as they should, again and again: set `move_count` to "{}", unless '
     "`commission` finds `encoder_counts_per_turn` or the gears wrong, then `sync`"
 )
+RUNS_UNENDED = 'axis {} runs, and by `busy = "ignore"` no move ends it: switch the box off now, then on, and `sync`'
 RUNS_ON = "axis {} runs on, and a move of 5′ did not end it: switch the box off now, then on, and `sync`"

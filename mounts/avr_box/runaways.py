@@ -8,16 +8,15 @@ from collections.abc import Sequence
 
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
-from mounts.avr_box.reasons import RUNS_ON
-from mounts.avr_box.runaway import AGAIN_S, RUNS_COUNTS, Runaway, end
+from mounts.avr_box.reasons import RUNS_ON, RUNS_UNENDED
+from mounts.avr_box.runaway import AGAIN_S, RUNS_COUNTS, Runaway, end, running_on
 from mounts.avr_box.standing import Standing
 
 BY_HAND_S = 3.0
 """Longer than a move of 5′ by the hand controller takes."""
-RAN = (
-    "axis {} ran where it was not sent and was given a move of 5′ to end that: a mutilated command, or, if it is so "
-    "at every move, `move_count`, `axis_bit` or `reversed` are not as configured"
-)
+_WHY = ": a mutilated command, or, if it is so at every move, `move_count`, `axis_bit` or `reversed` are otherwise"
+RAN = "axis {} ran where it was not sent and was given a move of 5′ to end that" + _WHY
+RAN_UNENDED = "axis {} ran where it was not sent" + _WHY
 
 
 class Runaways:
@@ -31,10 +30,12 @@ class Runaways:
         May run.
     standing : Standing
         Is told of them.
+    endable : bool
+        Whether a move ends the one under way (A).
     """
 
-    def __init__(self, box: Box, axes: Sequence[BoxAxis], standing: Standing) -> None:
-        self._box, self._axes, self._standing = box, axes, standing
+    def __init__(self, box: Box, axes: Sequence[BoxAxis], standing: Standing, *, endable: bool) -> None:
+        self._box, self._axes, self._standing, self._endable = box, axes, standing, endable
         self._left: list[Runaway] = []  # which no move of 5′ ended
         self._since = self._seen = -math.inf  # POSIX seconds, when one that nobody asked was seen to run
         self._before: Told | None = None  # what the encoders said last while nobody knew where the axes are
@@ -53,11 +54,11 @@ class Runaways:
         """End moves that nobody asked for; raise the alarm for what runs on."""
         self._standing.abandon()
         for each in running:
-            self._standing.note(RAN.format(each.axis.index + 1))
-        self._left = end(self._box, running)
+            self._standing.note((RAN if self._endable else RAN_UNENDED).format(each.axis.index + 1))
+        self._left = end(self._box, running) if self._endable else running_on(self._box, running)
         self._standing.alarms = tuple(f"axis {each.axis.index + 1} runs away" for each in self._left)
         for each in self._left:
-            self._standing.lose(RUNS_ON.format(each.axis.index + 1))
+            self._standing.lose((RUNS_ON if self._endable else RUNS_UNENDED).format(each.axis.index + 1))
 
     def lasted(self, time: float) -> float:
         """Seconds since an axis that runs now was first seen to."""

@@ -40,17 +40,26 @@ class Supervision:
         Why nobody knows where they are; empty where that is known.
     since : float
         When that was so, POSIX seconds.
+    endable : bool
+        Whether a move ends the one under way (A).
     """
 
     def __init__(
-        self, box: Box, axes: tuple[BoxAxis, BoxAxis], ticks: TickClock, unsynchronised: str, since: float
+        self,
+        box: Box,
+        axes: tuple[BoxAxis, BoxAxis],
+        ticks: TickClock,
+        unsynchronised: str,
+        since: float,
+        *,
+        endable: bool = True,
     ) -> None:
-        self._box, self._axes, self._ticks = box, axes, ticks
+        self._box, self._axes, self._ticks, self._endable = box, axes, ticks, endable
         self.standing = Standing(axes, unsynchronised)
         """Whether the position is known, and what was seen."""
         self._sight = Sight(box, axes)
         self._switch = PowerSwitch(box, axes, ticks, since)
-        self._runaways = Runaways(box, axes, self.standing)
+        self._runaways = Runaways(box, axes, self.standing, endable=endable)
         self._evidence = Evidence()
         self.on_trial = False
         """A move is under way of which nobody knows yet where it leads."""
@@ -88,7 +97,7 @@ class Supervision:
         self._sight.tie(told)
         if self._sight.any_beyond(told):
             if self._switch.counts_from_nothing(told):  # far from where they would be, had it not been switched off
-                self.standing.lose(SWITCHED)
+                self._was_switched_off(told)
             else:
                 self._repair(self._sight.astray(told))
         self._sight.bound(told, flawed=self.flawed)
@@ -142,7 +151,14 @@ class Supervision:
         return self._box.in_doubt
 
     def suspect(self) -> None:
-        """The box was silent after a move: see whether it runs."""
+        """The box was silent after a move: see whether it runs.
+
+        Where no move ends another, what stands in the box must not be completed.
+        """
+        if not self._endable:
+            self._box.in_doubt = True
+            self.in_doubt()
+            return
         if self._axes[0].encoder is None:
             self.standing.lose(MAY_RUN)
             end_unseen(self._box, self._axes)
@@ -187,7 +203,7 @@ class Supervision:
     def _act(self, told: Told) -> None:
         """Two answers said so: a box that was switched on, a sense that is wrong, a runaway, a hand."""
         if self._switch.used(told):
-            self.standing.lose(SWITCHED)
+            self._was_switched_off(told)
             return
         astray = self._sight.astray(told)
         if any(each.opposite for each in astray):  # an answer that came late says so once, a wrong wire again
@@ -200,6 +216,13 @@ class Supervision:
             return
         self.moved_by = ("hand controller",) if astray and not unproved else ()
         self._repair(astray)
+
+    def _was_switched_off(self, told: Told) -> None:
+        """No move is under way any more, and nobody knows where the last one has led."""
+        for axis in self._axes:
+            state = axis.at(told.middle)
+            axis.halted(state.counts, told.middle, state.uncertainty)
+        self.standing.lose(SWITCHED)
 
     def _end(self, running: Sequence[Astray]) -> None:
         self._runaways.end([Runaway(each.axis, each.encoder, each.runs > 0.0) for each in running])

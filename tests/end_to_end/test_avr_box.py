@@ -15,6 +15,7 @@ from telescope_bench import T0, Witness, star_at
 from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
 from clockdrive.service import Service
+from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
@@ -382,6 +383,12 @@ def in_mid_slew(scope, seconds=3.0):
     return slews
 
 
+def run_out(slews, clock):
+    """Go on with a slew until it ends."""
+    for _ in slews:
+        clock.sleep(0.25)
+
+
 def ends_and_rests(scope):
     """Where both axes are when all motion has ended, and by how much each is off that at worst within minutes."""
     while any(scope.simulator.moving):
@@ -501,6 +508,21 @@ def test_half_a_command_is_left_by_the_power_switch_and_a_sync(tmp_path):
         assert scope.status().json["synchronised"]
         scope.goto(star)
         assert scope.status().json["doing"] == "tracking"
+
+
+def test_a_power_cut_in_a_slew_is_not_said_to_end_its_move(tmp_path):
+    with opened(tmp_path) as scope:
+        slews, box = in_mid_slew(scope), scope.simulator
+        here = tuple(round(box.true_position(axis)) for axis in (1, 2))
+        fresh = SimulatedAvrBox(box.settings, scope.clock.now(), box.steps_per_turn, positions=here)
+        box.__dict__.update(fresh.__dict__)
+        with pytest.raises(Refused, match="switched off and on"):
+            run_out(slews, scope.clock)
+        said = " ".join(event.text for event in scope.events())
+        status = scope.status().json
+    assert "switched off and on" in status["unsynchronised_because"]
+    assert not any(axis["slewing"] for axis in status["axes"])
+    assert "ends its move" not in said + status["trouble"]
 
 
 def test_what_it_cannot_do_is_refused_with_the_bound(tmp_path):
