@@ -26,6 +26,7 @@ from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
 from mounts.avr_box.tick_watch import TickWatch
 from mounts.avr_box.tracking import RECHECK_S, Tracker
 from mounts.avr_box.trials import Trials
+from mounts.avr_box.unplaced_hold import UnplacedHold
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, StillMoving, Unsynchronised
 from pointing.plan import Leading
@@ -80,10 +81,15 @@ class AvrBoxDrive:
         self._panel = Panel(box, self.axes, self._ticks, self._watch)
         self.trials = Trials(box, settings, self.axes, self._moves, self._tracker, self.supervision)
         """Moves that find out what a move is."""
+        self._unplaced = UnplacedHold(box, self.axes[0], self._moves, self._may_not_be_held)
         self._resting = kept.resting
         if kept.doubted is not None:
             box.trust.sent("M", kept.doubted)
         self._own_notes: tuple[str, ...] = ()
+
+    def _may_not_be_held(self) -> bool:
+        watch = self.supervision
+        return watch.in_doubt() or watch.on_trial or bool(watch.standing.alarms)
 
     # What it is ------------------------------------------------------------------------------------------------
 
@@ -228,6 +234,20 @@ class AvrBoxDrive:
         if idle or any(axis.slewing(time) for axis in self.axes):
             return RECHECK_S
         return self._tracker.follow(path)
+
+    def hold_unplaced(self, time: float) -> str:  # noqa: ARG002 - its link knows the time to the piece
+        """Hold axis 1 by its encoder while nobody knows where it is; return how, or nothing where it cannot be.
+
+        Raises
+        ------
+        TransportError
+            The box does not answer.
+        """
+        return self._unplaced.hold()
+
+    def leave_unplaced(self) -> None:
+        """Hold it so no more."""
+        self._unplaced.end()
 
     # All else --------------------------------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ from clockdrive import Telescope, VirtualClock
 from clockdrive.errors import InputError, Refused
 from clockdrive.service import Service
 from mounts.avr_box.simulator import SimulatedAvrBox
+from mounts.avr_box.unplaced_hold import HELD
 from mounts.errors import DriveError, DriveRefused
 from pointing.errors import Unreachable
 from pointing.vectors import azimuth_altitude
@@ -469,8 +470,59 @@ def test_parked_at_a_limit_it_is_held_inside_of_it(tmp_path, limit, reversed_):
     assert all(abs(angle - limit) < 0.3 for angle in angles[3:])
 
 
+def test_parked_just_above_the_eastern_horizon_no_hold_leads_below_it(tmp_path):
+    hours = -math.degrees(math.acos(math.sin(math.radians(15.02)) / math.cos(math.radians(42.4))))
+    with opened(tmp_path, axis1__park_deg=hours, axis2__park_deg=0.0, site__latitude_deg=-42.4) as scope:
+        scope.park()
+        lowest = math.inf
+        for _ in range(40):
+            scope.wait(5.0)
+            one = math.radians(stands(scope)[0])
+            altitude = math.degrees(math.asin(math.cos(math.radians(42.4)) * math.cos(one)))
+            lowest = min(lowest, altitude)
+        status = scope.status().json
+    print(f"\nparked at an altitude of 15.02°: lowest {lowest:.4f}°")
+    assert lowest > 15.0
+    assert status["trouble"] == ""
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["", "reversed"])
+def test_parked_and_unsynchronised_it_is_held_by_its_encoder_short_of_where_it_stood(tmp_path, turned):
+    with opened(tmp_path, axis1__park_deg=160.0, limits__horizon_deg=-5.0, axis1__reversed=turned) as scope:
+        scope.park()
+        scope.wait(30.0)
+        scope._session.drive.supervision.standing.lose("the moves go twice as far as they should")
+        scope.wait(5.0)  # the move that held it until then ends
+        began, moves, angles = stands(scope), moves_of(scope), []
+        for _ in range(360):
+            scope.wait(5.0)
+            angles.append(stands(scope)[0] * (-1 if turned else 1))
+        warnings = scope.status().json["warnings"]
+    stood = began[0] * (-1 if turned else 1)
+    early, late = (60.0 * (each - stood) for each in (min(angles), max(angles)))
+    print(f"\nheld for half an hour between {early:+.2f}′ and {late:+.2f}′ of where it stood")
+    assert 80 < len(moves) < 100
+    assert all(move[1] == 2763 for move in moves)
+    assert late < 2.5
+    assert early > -6.0
+    assert warnings == [HELD]
+
+
+def test_parked_and_unsynchronised_one_whose_encoder_is_not_believed_is_not_held_and_said_so(tmp_path):
+    with opened(tmp_path, simulator__encoder_reversed1=True) as scope:
+        scope.park()
+        scope._session.drive.supervision.standing.lose("encoder 1 says the opposite")
+        began, moves = stands(scope)[0], moves_of(scope)
+        scope.wait(300.0)
+        warnings = scope.status().json["warnings"]
+        assert not moves
+        assert stands(scope)[0] > began + 1.2
+    assert "axis 1 tracks on and is not held" in warnings[-1]
+
+
 def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):
-    with opened(tmp_path, axis1__park_deg=160.0, limits__horizon_deg=-5.0) as scope:
+    blind = {"drive__encoder_counts_per_turn": 0}
+    with opened(tmp_path, axis1__park_deg=160.0, limits__horizon_deg=-5.0, **blind) as scope:
         scope.park()
         scope.wait(30.0)
         scope._session.drive.supervision.standing.lose("the box was switched off and on; `sync` on a known star")
