@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from clockdrive.gear_teeth import GearTeeth
 from mounts.tc410.input_modes import MODES
@@ -19,7 +19,10 @@ Raw = str | int | float | bool
 Value = Raw | GearTeeth | Path | None
 
 OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
-DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
+DriveKind = Literal["tc410", "avr-box", "apo", "sdss", "awr"]
+DRIVE_KINDS: tuple[DriveKind, ...] = get_args(DriveKind)
+DEFAULT_KIND: DriveKind = "tc410"
+READABLE: DriveKind = "tc410"  # its unit keeps keys of the configuration in registers of its own
 ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
@@ -53,7 +56,9 @@ class Key:
     above: bool = False  # `low` itself is not allowed
     choices: tuple[Raw, ...] = ()
     drives: tuple[str, ...] = DRIVE_KINDS
-    in_unit: bool = False  # a TC410 keeps it in its own registers; absent from the file, it is read from there
+    in_unit: bool = (
+        False  # the readable drive keeps it in its own registers; absent from the file, it is read from there
+    )
     example: Raw = ""  # shown where there is no default
 
     @property
@@ -94,6 +99,14 @@ KIND_WORDS: dict[Kind, str] = {
     "ratio": 'two whole numbers as "1/285"',
 }
 
+_APACHE_POINT = {
+    "site.name": "Apache Point",
+    "site.latitude_deg": 32.7803,
+    "site.longitude_deg": -105.8203,
+    "site.height_m": 2788.0,
+}
+SITES: dict[str, dict[str, object]] = {"apo": _APACHE_POINT, "sdss": _APACHE_POINT}
+"""Where a kind of drives stands that has one place only."""
 _FORK, _GERMAN, _ALTAZ = MOUNT_TYPES
 # Smallest and largest position, speed, acceleration, jerk, of the 3.5 m and the 2.5 m telescope.
 _CONTROLLER_RANGE: dict[tuple[str, str], tuple[float, ...]] = {
@@ -215,7 +228,7 @@ _WEATHER = (
         100),
 )
 _DRIVE = (
-    Key("drive", "kind", "text", "tc410", "which drive the telescope has", choices=DRIVE_KINDS),
+    Key("drive", "kind", "text", DEFAULT_KIND, "which drive the telescope has", choices=DRIVE_KINDS),
     Key("drive", "link", "link", "sim:", "where it is reached; `sim:` is the embedded simulator"),
     Key("drive", "position_format", "text", "auto",
         "how the 24-bit position lies in its two registers; `auto` finds out", choices=("auto", "right", "left"),

@@ -6,7 +6,9 @@ asked for, so that a plan for one drive does not load the others.
 
 from collections.abc import Iterator
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from clockdrive.errors import InputError
 
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
@@ -51,6 +53,22 @@ def check_of(kind: str) -> Check:
 def commissioning_of(kind: str) -> Commissioned:
     """The steps of a commissioning that a kind of drive has of its own."""
     return cast("Commissioned", import_module(f"mounts.{_FOLDERS[kind]}.commissioning"))
+
+
+def part_of(kind: str, name: str) -> Any:  # noqa: ANN401 - a module
+    """A module of the folder of a kind that not every kind has.
+
+    Raises
+    ------
+    InputError
+        It has none.
+    """
+    from importlib.util import find_spec  # noqa: PLC0415 - seldom needed
+
+    having = [each for each in _FOLDERS if find_spec(f"clockdrive.drives.{_FOLDERS[each]}.{name}") is not None]
+    if kind not in having:
+        raise InputError(f'[drive] kind = "{kind}" has no {name.replace("_", " ")}; {" and ".join(having)} has')
+    return _part(kind, name)
 
 
 def _part(kind: str, name: str) -> object:
