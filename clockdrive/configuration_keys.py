@@ -249,6 +249,8 @@ _DRIVE = (
     Key("drive", "axis_bit", "integer", 1, "value of the axis bit that means axis 2", choices=(0, 1), drives=_AVR),
     Key("drive", "guide_counts", "integer", 4, "timer counts by which guiding changes the rate", "counts", 1, 50,
         drives=_AVR),
+    Key("drive", "busy", "text", "restart", "what a move does to an axis that still moves: begin anew, or nothing",
+        choices=("restart", "ignore"), drives=_AVR),
     Key("drive", "north_reversed", "flag", default=False,
         meaning="its commands to the north turn axis 2 to smaller angles", drives=_AVR),
     Key("drive", "pec", "flag", default=False, meaning="the box corrects its periodic error", drives=_AVR),

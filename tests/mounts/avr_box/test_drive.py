@@ -300,7 +300,7 @@ def test_no_bin_is_set_whose_byte_could_be_taken_for_a_command(letter):
             bench.drive.set_pec("pec_zero" if letter == "Z" else "pec_bin", number)
             bench.read()
     assert bench.box.moving == (False, False)
-    assert bench.drive.supervision.alarms == ()
+    assert bench.drive.supervision.standing.alarms == ()
     with pytest.raises(AvrBoxError, match="the command 'M'"):
         bench.drive.set_pec("pec_zero", 77)
 
