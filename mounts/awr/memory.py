@@ -26,7 +26,7 @@ class KeptAxis:
     counts: float
     uncertainty: float
     rate: float = 0.0
-    turned: int = 0
+    side: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def _shown(stored: object) -> Shown:
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
     return KeptAxis(
-        _number(kept["counts"]), _number(kept["uncertainty"]), _number(kept["rate"]), int(_number(kept["turned"]))
+        _number(kept["counts"]), _number(kept["uncertainty"]), _number(kept["rate"]), _number(kept.get("side", 0.0))
     )
 
 
