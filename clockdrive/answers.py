@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from clockdrive.figures import place, planned, register, tracked
+from clockdrive.figures import place, planned, tracked
 from clockdrive.rotating import field, held
 from pointing.limits import Check
 from pointing.next_limit import next_limit
@@ -272,7 +272,7 @@ def pass_answer(
                     "angle_deg": math.degrees(angle),
                     **place(axis, angle),
                     "rate_deg_s": math.degrees(rate),
-                    **register(axis, rate),
+                    **axis.words.of_rate(axis, rate),
                 }
                 for axis, (angle, rate) in zip(planner.axes, state, strict=True)
             ],

@@ -10,6 +10,7 @@ from pointing.geometry import Geometry
 from pointing.mount import POSTURES
 from pointing.next_limit import speed_checks
 from pointing.targets import Target
+from pointing.visibility import forbidden_s
 
 LONGEST_S = 10_800.0
 _STEP_S = 10.0
@@ -29,13 +30,17 @@ def regained(geometry: Geometry, target: Target, lost: float) -> float | None:
     float or None
         POSIX seconds to 0.01 s, without the slew that takes it up; None when it is not within three hours. For a
         moment between two looks, 10 s apart, it may be allowed unseen.
+
+    Notes
+    -----
+    Where it stands at a forbidden place, the next look is after the time in which it surely stands at no other.
     """
     with suppress(TargetError):  # nobody knows its place any further
         if _followed(geometry, target, lost + _CLOSE_S):  # another winding goes on at once
             return lost
-        early = lost
-        while early < lost + LONGEST_S:
-            late = early + _STEP_S
+        early, end = lost, lost + LONGEST_S
+        while early < end:
+            late = min(end, early + max(_STEP_S, forbidden_s(geometry, target, early)))
             if _followed(geometry, target, late):
                 return _closed_in(geometry, target, early, late)
             early = late

@@ -9,13 +9,14 @@ bounded by the same speed. Times are POSIX seconds, to 0.1 s; angles radians.
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from pointing.errors import PointingError
+from pointing.errors import PointingError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
 from pointing.satellite import Satellite
@@ -154,6 +155,20 @@ def never(geometry: Geometry, target: Target, after: float, until: float, *, abo
     return f"{target.name} rises to {when}, but is never allowed: {forbidden or 'not for a second'}"
 
 
+def forbidden_s(geometry: Geometry, target: Target, time: float) -> float:
+    """For how many seconds a target surely stays at forbidden places; 0 where it stands at an allowed one.
+
+    Raises
+    ------
+    TargetError
+        The target has no place at the time.
+    """
+    with suppress(Unreachable):  # where the origin passes the pole of axis 1 by, nobody says how far
+        look = _Search(geometry, target, -math.pi / 2.0).look(time)
+        return 0.0 if look.allowed else look.free
+    return 0.0
+
+
 class _Search:
     """The search for one target."""
 
@@ -177,10 +192,10 @@ class _Search:
 
     def between(self, begin: float, end: float, told: Callable[[float], object]) -> Iterator[list[_Look]]:
         """All that was seen of each pass, from its first moment to its last."""
-        before = self._look(begin)
+        before = self.look(begin)
         seen = [before] if before.allowed else []
         while before.time < end:
-            later = self._look(min(end, before.time + max(before.free, _FINEST)))
+            later = self.look(min(end, before.time + max(before.free, _FINEST)))
             if later.allowed != before.allowed:
                 outer, inner = self._edge(before, later)
                 seen.append(inner if later.allowed else outer)
@@ -211,7 +226,7 @@ class _Search:
             near = seconds[max(top - 1, 0) : top + 2]
         else:
             near = np.append(np.arange(0.0, until - after, _SAMPLES), until - after)
-        return self.highest([self._look(min(after + float(s), until)) for s in near])
+        return self.highest([self.look(min(after + float(s), until)) for s in near])
 
     def _grid(
         self, target: Satellite, after: float, until: float
@@ -219,7 +234,8 @@ class _Search:
         seconds = np.arange(math.ceil((until - after) / _GRID) + 1, dtype=np.float64) * _GRID
         return seconds, *target.altitudes(self._geometry.sky, Instant.from_posix(after), seconds)
 
-    def _look(self, time: float) -> _Look:
+    def look(self, time: float) -> _Look:
+        """Look at the target at a time."""
         geometry, limits = self._geometry, self._geometry.limits
         frame = geometry.sky.at(Instant.from_posix(time))
         observed, rate = self._target.observed_with_rate(frame)
@@ -249,7 +265,7 @@ class _Search:
     def _bisected(self, one: _Look, two: _Look, early: Callable[[_Look], bool]) -> tuple[_Look, _Look]:
         """The last look that is `early` and the first that is not, closer than the precision."""
         while two.time - one.time > _PRECISE:
-            middle = self._look((one.time + two.time) / 2.0)
+            middle = self.look((one.time + two.time) / 2.0)
             one, two = (middle, two) if early(middle) else (one, middle)
         return one, two
 

@@ -8,10 +8,12 @@ told, never pointed by.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from mounts.tc410.registers import gray_to_binary
-from mounts.tc410.unit import Unit
+
+if TYPE_CHECKING:
+    from mounts.tc410.unit import Unit  # what an encoder means is asked without a link as well
 
 TURN = 0x10000  # units of a reading
 _ARCSEC_PER_TURN = 1_296_000.0
@@ -112,7 +114,7 @@ class EncoderReading:
         return self.binary / TURN * 360.0
 
 
-def read_encoder(unit: Unit, axis: int) -> EncoderReading:
+def read_encoder(unit: "Unit", axis: int) -> EncoderReading:
     """Read one encoder, both forms in one request.
 
     Raises
@@ -170,7 +172,7 @@ class Encoders:
 
     def __init__(
         self,
-        unit: Unit,
+        unit: "Unit",
         configured: tuple[Encoder | None, Encoder | None],
         limits: tuple[tuple[float, float], tuple[float, float]],
         memory: Mapping[str, object],

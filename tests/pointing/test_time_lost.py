@@ -90,3 +90,24 @@ def test_what_sets_is_not_regained_and_what_another_winding_goes_on_with_is_at_o
     assert check.name in {"horizon", "axis2 soft limit"}
     assert regained(geometry, setting, moment) is None
     assert regained(geometry, star_at(geometry, 100.0, 50.0), TIME) == TIME
+
+
+@pytest.mark.parametrize(("azimuth_deg", "altitude_deg"), [(85.0, -3.0), (60.0, -20.0), (270.0, 4.0), (20.0, -9.0)])
+def test_what_is_forbidden_for_long_is_found_again_by_few_looks_as_one_each_ten_seconds_finds_it(
+    azimuth_deg, altitude_deg
+):
+    geometry = subject(misaligned=False)
+    star = star_at(geometry, azimuth_deg, altitude_deg, TIME)
+    grid = np.arange(0.0, 10_801.0, 10.0)
+    steps = [seconds for seconds in grid if geometry.allowed(star, TIME + seconds)]
+    before = geometry.sky._frames.cache_info().misses
+    again = regained(geometry, star, TIME)
+    looks = geometry.sky._frames.cache_info().misses - before
+    print(f"{looks} looks, regained after {'no time' if again is None else f'{again - TIME:.2f} s'}")
+    assert looks < 80
+    if not steps:
+        assert again is None
+    else:
+        assert steps[0] - 10.0 < again - TIME <= steps[0]
+        assert geometry.allowed(star, again)
+        assert not geometry.allowed(star, again - 0.02)
