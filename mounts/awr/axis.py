@@ -82,11 +82,15 @@ class AwrAxis:
         """Steps that its motor goes in a sense before it follows, where no drive takes them up before long."""
         return 0.0 if self.play.settles(self._rate) else self.play.slack(self.side(time), sense)
 
-    def unsettled(self, time: float) -> float:
-        """Steps, signed, that its motor still goes by the drive, before long, until it goes with it."""
+    def falls(self, time: float) -> float:
+        """Steps, signed as its drive, by which it will yet fall behind that, where that takes up the play soon."""
         if not self.play.settles(self._rate):
             return 0.0
-        return math.copysign(self.play.slack(self.side(time), self._rate), self._rate)
+        return math.copysign(1.0, self._rate) * self.play.slack(self.side(time), self._rate)
+
+    def settled(self, time: float) -> bool:
+        """Whether it surely goes with its drive, where that takes up the play soon."""
+        return not self.play.settles(self._rate) or self.side(time) == math.copysign(1.0, self._rate)
 
     def has(self, play: Play, time: float) -> None:
         """Its gears are found to have another play, from a time on."""

@@ -45,7 +45,7 @@ def follow(parts: Parts, path: AxisPath, time: float) -> float:
     most = _CLOSING * parts.settings.sidereal_steps_per_s
     rates = []
     for axis, (there, rate) in zip(parts.axes, ahead, strict=True):
-        slack = math.copysign(axis.play.slack(axis.side(now), rate), rate) if rate else 0.0
+        slack = math.copysign(1.0, rate) * axis.play.slack(axis.side(now), rate) if rate else 0.0
         closing = (there - axis.at(now).counts + slack) / FOLLOW_S - rate
         rates.append(rate + min(max(closing, -most), most))
     parts.drives.go(rates)

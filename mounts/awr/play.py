@@ -3,7 +3,8 @@
 An axis follows its motor once the motor has crossed the gap. The unit may take up some of it by a blip where the
 motor turns round; what it leaves, or takes up too much, stays between what is reckoned of the motor, blips not
 counted, and its axis. The *side* tells where in that the motor stands: at 1 it pushes the axis to larger counts, at
--1 to smaller ones, between it moves nothing. The axis lags it by side times half the play.
+-1 to smaller ones, between it moves nothing. The axis lags it by side times half the play. Where the play is not
+surely known the motor counts as between its sides for longer.
 """
 
 import math
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 from mounts.awr.ramps import Key
 
+_SURELY = 3.0  # standard deviations, so much farther that the motor goes until it surely pushes its axis
 SOON_S = 20.0  # in which a drive takes up the play by itself, so that no press need do so
 
 
@@ -31,8 +33,9 @@ class Play:
 
     def pushed(self, side: float, way: float) -> float:
         """The side after a way of the motor that began at a side, signed steps, on which it does not turn round."""
-        if self.steps > 0.0:
-            return min(max(side + 2.0 * way / self.steps, -1.0), 1.0)
+        span = self.steps + _SURELY * self.sigma
+        if span > 0.0:
+            return min(max(side + 2.0 * way / span, -1.0), 1.0)
         return math.copysign(1.0, way) if way else side
 
     def pressed(self, side: float, way: float, key: Key, drive: float) -> float:
@@ -50,8 +53,8 @@ class Play:
         return (1.0 - math.copysign(1.0, sense) * side) * self.steps / 2.0
 
     def doubt(self, side: float, since: float) -> float:
-        """Standard deviation, steps, of an axis that was known at one side of the play and now is at another."""
-        return self.sigma * abs(side - since) / 2.0
+        """Standard deviation, steps, of an axis that was known at one side of the play and may be at another now."""
+        return 0.0 if side == since else self.sigma
 
     def settles(self, drive: float) -> bool:
         """Whether a drive, steps a second, takes up the play by itself before long."""

@@ -111,7 +111,7 @@ class Slewing:
                 now = parts.unit.now() + parts.keys.delay_s
                 stage = self._cascade.next(self._errors(self._aims, now), parts.keys.speed)
             if stage is None:
-                if not any(axis.unsettled(parts.unit.now()) for axis in parts.axes):
+                if all(axis.settled(parts.unit.now()) for axis in parts.axes):
                     self._arrived()
                 return
             self._stages += 1
@@ -125,7 +125,7 @@ class Slewing:
         for axis, aim in zip(self._parts.axes, aims, strict=True):
             due = self._aimed if aim.arrival is None else aim.arrival
             there = aim.target + aim.rate_after * (time - due)
-            steps.append(there - axis.at(time).counts + axis.unsettled(time))
+            steps.append(there - axis.at(time).counts + axis.falls(time))
             drifts.append(aim.rate_after - axis.rate)
             slacks.append((axis.slack(time, 1.0), axis.slack(time, -1.0)))
         return Errors((steps[0], steps[1]), (drifts[0], drifts[1]), (slacks[0], slacks[1]))

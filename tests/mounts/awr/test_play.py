@@ -88,11 +88,14 @@ def test_a_drive_takes_up_the_play_by_itself_where_it_is_fast_enough():
     axis = AwrAxis(0, 0.0, 0.0, 0.0, side=-1.0)
     axis.has(Play(200.0), 0.0)
     axis.drives_at(50.0, 0.0)
-    assert axis.unsettled(0.0) == 200.0
-    assert axis.unsettled(3.0) == 50.0
+    assert axis.falls(0.0) == 200.0
+    assert axis.falls(3.0) == 50.0
+    assert not axis.settled(3.9)
+    assert axis.settled(4.0)
     assert axis.at(4.0).counts == 0.0
     assert axis.at(5.0).counts == 50.0
-    assert axis.unsettled(5.0) == 0.0
+    assert axis.falls(5.0) == 0.0
     axis.drives_at(-0.01, 5.0)
-    assert axis.unsettled(5.0) == 0.0
+    assert axis.falls(5.0) == 0.0
+    assert axis.settled(5.0)
     assert axis.slack(5.0, -1.0) == 200.0
