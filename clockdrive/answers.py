@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from clockdrive.figures import place, planned, register, tracked
+from clockdrive.figures import place, planned, tracked
 from clockdrive.rotating import field, held
 from clockdrive.utc import utc
 from pointing.limits import Check
@@ -260,7 +260,7 @@ def pass_answer(
                     "angle_deg": math.degrees(angle),
                     **place(axis, angle),
                     "rate_deg_s": math.degrees(rate),
-                    **register(axis, rate),
+                    **axis.words.of_rate(axis, rate),
                 }
                 for axis, (angle, rate) in zip(planner.axes, state, strict=True)
             ],

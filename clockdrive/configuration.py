@@ -15,9 +15,11 @@ from typing import Any, Literal, TypeVar, cast
 
 from clockdrive.configuration_check import BadValue, cautions, checked, contradictions, from_text
 from clockdrive.configuration_keys import (
+    DEFAULT_KIND,
     DRIVE_KINDS,
     KEYS,
     OPTIONAL,
+    READABLE,
     Computed,
     Key,
     Value,
@@ -121,7 +123,7 @@ class Configuration:
         return tuple(
             key.dotted
             for key in keys_of(self.drive.kind)
-            if key.in_unit and self.drive.kind == "tc410" and self.origins[key.dotted] == "default"
+            if key.in_unit and self.drive.kind == READABLE and self.origins[key.dotted] == "default"
         )
 
     def completed(self, unit: Mapping[str, object]) -> "Configuration":
@@ -250,8 +252,8 @@ class _Draft:
 
     def settle(self) -> None:
         """Check all, fill in the defaults, look for contradictions."""
-        kind = self.given.get("drive.kind", ("tc410",))[0]
-        drive = kind if isinstance(kind, str) and kind in DRIVE_KINDS else "tc410"
+        kind = self.given.get("drive.kind", (DEFAULT_KIND,))[0]
+        drive = kind if isinstance(kind, str) and kind in DRIVE_KINDS else DEFAULT_KIND
         names = [d.split(".")[1] for d in self.given if d.startswith("instruments.") and d.count(".") == 2]
         self.instruments = list(dict.fromkeys(n for n in names if n)) or ["main"]
         keys = {key.dotted: key for key in self._expanded(keys_of(drive))}
@@ -356,7 +358,7 @@ def _notice(path: Path | str | None, values: Mapping[str, Value]) -> str:
     if path is not None or values["drive.link"] != "sim:":
         return ""
     kind = str(values["drive.kind"])
-    return NO_FILE if kind == "tc410" else NO_FILE_OF.format(kind=kind)
+    return NO_FILE if kind == DEFAULT_KIND else NO_FILE_OF.format(kind=kind)
 
 
 def _one_name(link: str) -> str:

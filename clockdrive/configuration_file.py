@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Mapping
 
 from clockdrive.configuration import load
-from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, OPTIONAL, Computed, Key, Value, keys_of
+from clockdrive.configuration_keys import DRIVE_KINDS, KEYS, OPTIONAL, READABLE, SITES, Computed, Key, Value, keys_of
 
 _ALWAYS = ("site.name", "site.latitude_deg", "site.longitude_deg", "site.height_m", "drive.kind", "drive.link",
            "mount.type")  # fmt: skip
@@ -22,14 +22,6 @@ _SECTIONS = {
     "simulator": "What the embedded simulator's telescope really does; a perfect mount when left out.",
     "state": "Where positions, corrections and history are kept between commands.",
 }
-_APACHE_POINT = {
-    "site.name": "Apache Point",
-    "site.latitude_deg": 32.7803,
-    "site.longitude_deg": -105.8203,
-    "site.height_m": 2788.0,
-}
-_SITES: dict[str, dict[str, object]] = {"apo": _APACHE_POINT, "sdss": _APACHE_POINT}
-"""Where a kind of drives stands that has one place only."""
 _HEAD = """\
 # Clockdrive: configuration of a telescope with the drive {drive}.
 # A line that begins with # is the default, or an example where it says so; take the # away to change it.
@@ -55,12 +47,12 @@ def commented_template(drive: str, mount_type: str | None = None, values: Mappin
     ConfigurationError
         The drive, the mount type or a value is not allowed.
     """
-    given: dict[str, object] = {"drive.kind": drive, **_SITES.get(drive, {}), **(values or {})}
+    given: dict[str, object] = {"drive.kind": drive, **SITES.get(drive, {}), **(values or {})}
     if mount_type is not None:
         given["mount.type"] = mount_type
     optional = {f"{OPTIONAL}.": None} if any(key.section == OPTIONAL for key in keys_of(drive)) else {}
     settled = load(None, environment={}, overrides={**optional, **given})
-    lines = [_HEAD.format(drive=drive), _UNIT if drive == "tc410" else ""]
+    lines = [_HEAD.format(drive=drive), _UNIT if drive == READABLE else ""]
     section = ""
     for key in keys_of(drive):
         name = key.section.replace("*", "main")
@@ -79,7 +71,7 @@ def _line(key: Key, value: Value, *, active: bool) -> str:
     shown = value if value is not None else (key.example or _raw_default(key))
     setting = f"{'' if active and value is not None else '# '}{key.name} = {toml(shown)}"
     example = "" if value is not None else f"; an example, the default is {_default_words(key)}"
-    mark = " [unit]" if key.in_unit and "tc410" in key.drives else ""
+    mark = " [unit]" if key.in_unit and READABLE in key.drives else ""
     return f"{setting:<40}  # {key.meaning}: {key.allowed}{example}{mark}\n"
 
 

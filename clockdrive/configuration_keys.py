@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from clockdrive.gear_teeth import GearTeeth
 from mounts.tc410.input_modes import MODES
@@ -19,7 +19,10 @@ Raw = str | int | float | bool
 Value = Raw | GearTeeth | Path | None
 
 OPTIONAL = "rotator"  # a table without which the telescope has none: its keys have defaults only where it is given
-DRIVE_KINDS = ("tc410", "avr-box", "apo", "sdss", "awr")
+DriveKind = Literal["tc410", "avr-box", "apo", "sdss", "awr"]
+DRIVE_KINDS: tuple[DriveKind, ...] = get_args(DriveKind)
+DEFAULT_KIND: DriveKind = "tc410"
+READABLE: DriveKind = "tc410"  # its unit keeps keys of the configuration in registers of its own
 ROTATOR_MODES = ("sky", "horizon", "mount")
 MOUNT_TYPES = ("equatorial-fork", "german", "altaz-fork")
 TC410_UNITS_PER_S = 20000  # the fastest it counts: one unit each 50 microseconds (manual, 4.7.3.2)
@@ -53,7 +56,9 @@ class Key:
     above: bool = False  # `low` itself is not allowed
     choices: tuple[Raw, ...] = ()
     drives: tuple[str, ...] = DRIVE_KINDS
-    in_unit: bool = False  # a TC410 keeps it in its own registers; absent from the file, it is read from there
+    in_unit: bool = (
+        False  # the readable drive keeps it in its own registers; absent from the file, it is read from there
+    )
     example: Raw = ""  # shown where there is no default
 
     @property
@@ -70,7 +75,8 @@ class Key:
         if self.choices == MODES:
             return "0 to 17 | 128"
         if self.choices:
-            return " | ".join(str(choice) for choice in self.choices)
+            paths = [KIND_WORDS["path"]] if self.kind == "path" else []
+            return " | ".join([*paths, *map(str, self.choices)])
         if self.low is None or self.high is None:
             return KIND_WORDS[self.kind]
         bounds = f"above {_plain(self.low)}, at most" if self.above else f"{_plain(self.low)} to"
@@ -93,6 +99,14 @@ KIND_WORDS: dict[Kind, str] = {
     "ratio": 'two whole numbers as "1/285"',
 }
 
+_APACHE_POINT = {
+    "site.name": "Apache Point",
+    "site.latitude_deg": 32.7803,
+    "site.longitude_deg": -105.8203,
+    "site.height_m": 2788.0,
+}
+SITES: dict[str, dict[str, object]] = {"apo": _APACHE_POINT, "sdss": _APACHE_POINT}
+"""Where a kind of drives stands that has one place only."""
 _FORK, _GERMAN, _ALTAZ = MOUNT_TYPES
 # Smallest and largest position, speed, acceleration, jerk, of the 3.5 m and the 2.5 m telescope.
 _CONTROLLER_RANGE: dict[tuple[str, str], tuple[float, ...]] = {
@@ -105,7 +119,8 @@ _CONTROLLER_RANGE: dict[tuple[str, str], tuple[float, ...]] = {
 }
 
 
-def _number(facts: Facts, dotted: str) -> float:
+def number_of(facts: Facts, dotted: str) -> float:
+    """The value of a key that is a number."""
     value = facts[dotted]
     if not isinstance(value, int | float):
         raise TypeError(dotted)
@@ -114,7 +129,7 @@ def _number(facts: Facts, dotted: str) -> float:
 
 def _rest(facts: Facts, section: str) -> float:
     """The angle of axis `section` where a telescope of this mount type naturally rests, degrees."""
-    latitude = _number(facts, "site.latitude_deg")
+    latitude = number_of(facts, "site.latitude_deg")
     pole = 90.0 if latitude >= 0.0 else -90.0
     angles = {_FORK: (0.0, latitude), _GERMAN: (90.0, pole), _ALTAZ: (0.0, 45.0)}[str(facts["mount.type"])]
     return {"axis1": angles[0], "axis2": angles[1]}.get(section, 0.0)
@@ -128,8 +143,8 @@ def _range(facts: Facts, section: str) -> tuple[float, float]:
     controller = _CONTROLLER_RANGE.get((str(facts["drive.kind"]), section))
     if controller is not None:
         return controller[0], controller[1]
-    north = _number(facts, "site.latitude_deg") >= 0.0
-    past = _number(facts, "limits.hour_angle_past_meridian_deg")
+    north = number_of(facts, "site.latitude_deg") >= 0.0
+    past = number_of(facts, "limits.hour_angle_past_meridian_deg")
     return {  # a fork stops short of its lower crossing; an altazimuth's cables take three quarters of a turn
         (_FORK, "axis1"): (-170.0, 170.0),
         (_FORK, "axis2"): (-90.0, 90.0),
@@ -141,7 +156,7 @@ def _range(facts: Facts, section: str) -> tuple[float, float]:
 
 
 def _park(facts: Facts, section: str) -> float:
-    low, high = _number(facts, f"{section}.min_deg"), _number(facts, f"{section}.max_deg")
+    low, high = number_of(facts, f"{section}.min_deg"), number_of(facts, f"{section}.max_deg")
     return min(max(_rest(facts, section), low), high)
 
 
@@ -151,7 +166,7 @@ def tc410_fastest_deg_s(facts: Facts, section: str) -> float:
     if not (isinstance(main, GearTeeth) and isinstance(secondary, GearTeeth)):
         raise TypeError(section)
     microsteps = TC410_MICROSTEPS[str(facts[f"{section}.drive_type"])]
-    step = 360.0 * float(main * secondary) / (_number(facts, f"{section}.motor_steps") * microsteps)
+    step = 360.0 * float(main * secondary) / (number_of(facts, f"{section}.motor_steps") * microsteps)
     return TC410_UNITS_PER_S * step
 
 
@@ -165,12 +180,12 @@ def _controller(index: int) -> Rule:
 
 def _isa_pressure(facts: Facts, _section: str) -> float:
     """Pressure of the International Standard Atmosphere, troposphere, hPa."""
-    return round(1013.25 * math.pow(1.0 - 2.25577e-5 * _number(facts, "site.height_m"), 5.25588), 2)
+    return round(1013.25 * math.pow(1.0 - 2.25577e-5 * number_of(facts, "site.height_m"), 5.25588), 2)
 
 
 def _isa_temperature(facts: Facts, _section: str) -> float:
     """Temperature of the International Standard Atmosphere, troposphere, Celsius."""
-    return round(15.0 - 0.0065 * _number(facts, "site.height_m"), 2)
+    return round(15.0 - 0.0065 * number_of(facts, "site.height_m"), 2)
 
 
 def _mount_type(facts: Facts, _section: str) -> str:
@@ -213,7 +228,7 @@ _WEATHER = (
         100),
 )
 _DRIVE = (
-    Key("drive", "kind", "text", "tc410", "which drive the telescope has", choices=DRIVE_KINDS),
+    Key("drive", "kind", "text", DEFAULT_KIND, "which drive the telescope has", choices=DRIVE_KINDS),
     Key("drive", "link", "link", "sim:", "where it is reached; `sim:` is the embedded simulator"),
     Key("drive", "position_format", "text", "auto",
         "how the 24-bit position lies in its two registers; `auto` finds out", choices=("auto", "right", "left"),
@@ -241,8 +256,9 @@ _DRIVE = (
         "counts", 0, 1e7, drives=_AVR),
     Key("drive", "max_uninterruptible_s", "number", 30.0, "longest move, as no command stops one", "s", 1, 600,
         drives=_AVR),
-    Key("drive", "slew_table", "path", None, "the box's own slew table when it is not the standard one",
-        drives=_AVR, example="slew_table.csv"),
+    Key("drive", "slew_table", "path", None,
+        "the box's own slew table when it is not the standard one",
+        choices=("standard",), drives=_AVR, example="slew_table.csv"),
     Key("drive", "on_expiry", "text", "halt", "what a controller does when its path has run out",
         choices=("halt", "extrapolate"), drives=_NODES),
     Key("drive", "landing", "text", "each", "whether the axes arrive each as soon as it can, or all together",
@@ -455,8 +471,15 @@ _SIMULATOR = (
         0.5, drives=_AVR),
     Key("simulator", "encoder_counts_per_turn", "integer", 0, "what its encoders count; 0: as the drive's key says",
         "counts", 0, 1e7, drives=_AVR),
-    Key("simulator", "slew_table", "path", None, "its slew table, where it is another one than the drive's key says",
-        drives=_AVR, example="slew_table.csv"),
+    Key("simulator", "slew_table", "path", None,
+        "its slew table, where it is another one than the drive's key says",
+        choices=("standard",), drives=_AVR, example="slew_table.csv"),
+    Key("simulator", "table_clocks", "text", "byte+1", "how many timer clocks a byte of its slew table means",
+        choices=("byte+1", "byte"), drives=_AVR),
+    Key("simulator", "fine_compare", "integer", 255, "compare value of its timer for single microsteps of axis 2", "",
+        1, 255, drives=_AVR),
+    Key("simulator", "interrupted", "text", "lost", "what becomes of a microstep of tracking that a slew interrupts",
+        choices=("lost", "kept"), drives=_AVR),
     Key("simulator", "index_pulse", "flag", default=True, meaning="a Hall sensor resets its PEC bin once a worm turn",
         drives=_AVR),
     Key("simulator", "sidereal_steps_per_s", "number",
@@ -476,6 +499,9 @@ _SIMULATOR = (
     Key("simulator", "debug", "number", 0.0, "how likely debug text follows what it says", "", 0, 1, drives=_AWR),
     Key("simulator", "byte_loss", "number", 0.0, "how likely a byte is lost, either way", "", 0, 0.5, drives=_AWR),
     Key("simulator", "byte_doubling", "number", 0.0, "how likely a byte comes twice", "", 0, 0.5, drives=_AWR),
+    Key("simulator", "byte_delay", "number", 0.0, "how likely a byte is late with all behind it, either way", "", 0,
+        0.5, drives=_AWR),
+    Key("simulator", "byte_delay_s", "number", 0.05, "by how much it is late", "s", 0, 2, drives=_AWR),
     Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )

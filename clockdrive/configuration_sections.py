@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from clockdrive.configuration_keys import DriveKind
+
 
 @dataclass(frozen=True)
 class WeatherSection:
@@ -47,7 +49,7 @@ class MountSection:
 class DriveSection:
     """`[drive]`."""
 
-    kind: Literal["tc410", "avr-box", "apo", "sdss", "awr"]
+    kind: DriveKind
     link: str
 
 

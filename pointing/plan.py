@@ -6,7 +6,7 @@ Angles are radians, times POSIX seconds, rates per second; `counts` are the driv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from pointing.errors import PointingError
 from pointing.gearing import Gearing
@@ -59,6 +59,30 @@ class ShortMoves(NamedTuple):
     lag_s: float  # for which it is off its way at most, of what they make a second
 
 
+class Words(Protocol):
+    """What the drive of an axis is told, in its own words: plain values by name."""
+
+    def of_rate(self, axis: "Axis", rate: float) -> dict[str, Any]:
+        """What makes a rate, radians per second."""
+        ...
+
+    def of_slew(self, axis: "Axis", plan: "AxisPlan") -> dict[str, Any]:
+        """What makes a slew."""
+        ...
+
+
+class Unsaid:
+    """Nothing but counts and rates, which every axis has."""
+
+    def of_rate(self, axis: "Axis", rate: float) -> dict[str, Any]:  # noqa: ARG002 - as `Words` has it
+        """Nothing."""
+        return {}
+
+    def of_slew(self, axis: "Axis", plan: "AxisPlan") -> dict[str, Any]:  # noqa: ARG002 - likewise
+        """Nothing."""
+        return {}
+
+
 @dataclass(frozen=True)
 class Axis:
     """One axis: its gearing, the travel it is allowed, radians, and what its drive counts in."""
@@ -73,6 +97,7 @@ class Axis:
     """How its tracking can be trimmed; None for a free rate."""
     short_moves: ShortMoves | None = None
     """What beside that is made by short moves; None for a free rate."""
+    words: Words = field(default=Unsaid(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.minimum) and math.isfinite(self.maximum)):

@@ -3,13 +3,12 @@
 import bisect
 import random
 from collections import Counter
-from typing import NamedTuple
 
 from apo_bench import ApoWitness
+from apo_dry import Exchange, could_have_been_given
 from fault_bench import OUTAGES, WIRE, Event, FaultyLine
 
 from clockdrive import Telescope
-from mounts.apo.following import AHEAD_S
 from mounts.apo.simulator_path import Piece
 from mounts.apo.status_word import StatusWord
 from transports.errors import LinkError
@@ -30,29 +29,19 @@ CONTROLLER = (
 )
 SDSS = ("semaphore", "out of closed loop")
 _SLACK_DEG = 1e-6
-_POLL_S = 1.0  # between two looks of a session that tracks
-_REACHED_S = 3.0  # in which a line that carries what is said has been given a node: a poll, and the node's own lead
-_KEPT_S = AHEAD_S - _POLL_S  # for which the buffer of an axis that tracks lasts at least
 _LATE_S = 5.0  # after an answer that was lost, or a step of the clock, in which what was on its way may be too late
 ADDRESSES = ("AZ", "ALT", "ROT")
 
 
-class Exchange(NamedTuple):
-    """What was said to one controller: when, whether it was taken and answered whole, and whether it flushes."""
-
-    time: float
-    came: bool
-    flushes: bool = False
-
-
 class ApoLine(FaultyLine):
-    """A line between driver and controllers that goes wrong, and a record of what came through."""
+    """A line between driver and controllers that goes wrong, and a record of what was said and what was eaten."""
 
     def __init__(self, line, seed: int) -> None:
         line.advance = lambda _: None  # its controllers are asked one by one
         super().__init__(line, seed)
         self.exchanges: dict[str, list[Exchange]] = {}  # by the word of the axis; empty on a line of its own
-        self.answered = b""
+        self.answered: bytes | None = None  # by the controller, lately
+        self._controllers = line._controllers
         inner = line.receive
 
         def receive(data: bytes, t: float) -> bytes:
@@ -62,17 +51,26 @@ class ApoLine(FaultyLine):
         line.receive = receive
 
     def receive(self, data: bytes, t: float) -> bytes:
-        head = data.split(maxsplit=1)[0].decode("latin-1") if data.strip() else ""
-        said = self.exchanges.setdefault(head if head in ADDRESSES else "", [])
-        self.answered = b""
+        word, command = self._addressed(data)
+        said, self.answered = self.exchanges.setdefault(word, []), None
         try:
             come = super().receive(data, t)
         except LinkError:
-            said.append(Exchange(t, came=False))
+            said.append(Exchange(t, command, eaten=True))
             raise
-        takes = b"the semaphore is owned by another" not in self.answered  # else nobody can give it anything
-        said.append(Exchange(t, bool(come) and come == self.answered and takes, b"DRIFT" in data))
+        taken_away = self.answered is None or come != self.answered
+        said.append(Exchange(t, command, eaten=taken_away or not self._can_obey(word, t)))
         return come
+
+    def _addressed(self, data: bytes) -> tuple[str, str]:
+        """The word of an axis and the command of a line; a word is there on a shared line only."""
+        words = [*data.decode("latin-1").split(), "", ""]
+        return (words[0], words[1]) if words[0] in ADDRESSES else ("", words[0])
+
+    def _can_obey(self, word: str, t: float) -> bool:
+        """Whether a controller is there, and no other host has it."""
+        axis = self._controllers.get(word)
+        return axis is None or (t >= axis.silent_until and "semaphore_taken" not in axis.conditions)
 
 
 class FaultWitness(ApoWitness):
@@ -163,40 +161,18 @@ class FaultWitness(ApoWitness):
         for i, axis in enumerate(self.device.axes):
             said = self._said(i)
             for time in axis.record.dry:
-                if self.could_have_been_given(said, time):
+                if could_have_been_given(said, time):
                     self.fail(f"axis {i + 1} ran dry at {time - self.t0:.1f} s")
                 else:
                     self.excused += 1
             for time in axis.record.late:
-                lost = any(not each.came for each in said if time - _LATE_S < each.time <= time)
+                lost = any(each.eaten for each in said if time - _LATE_S < each.time <= time)
                 if not lost and not any(0.0 <= time - at < _LATE_S for at in self.stepped.get(i, ())):
                     self.fail(f"axis {i + 1} was given a node too late at {time - self.t0:.1f} s on a sound line")
 
     def _said(self, i: int) -> list[Exchange]:
         shared = len(self.lines) == 1
         return self.lines[0 if shared else i].exchanges.get(ADDRESSES[i] if shared else "", [])
-
-    @staticmethod
-    def could_have_been_given(said: list[Exchange], dry: float) -> bool:
-        """Whether the controller of an axis could be talked to for long enough before its path ran out.
-
-        A stretch in which answers came begins with one of them and ends with the first that did not; where nobody
-        asks it goes on. What came before the buffer was last full does not count; where the line failed before, nor
-        does what came before the buffer was flushed.
-        """
-        since: float | None = None
-        flushed = float("-inf")
-        for each in said:
-            if each.time > dry:
-                break
-            flushed = each.time if each.flushes else flushed
-            if each.came:
-                since = each.time if since is None else since
-            else:
-                if since is not None and each.time - max(since, flushed, dry - _KEPT_S) >= _REACHED_S:
-                    return True
-                since = None
-        return since is not None and dry - max(since, dry - _KEPT_S) >= _REACHED_S
 
 
 def seeded_events(

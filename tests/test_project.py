@@ -15,6 +15,7 @@ import clockdrive
 import mounts
 import pointing
 import transports
+from clockdrive.configuration_keys import DRIVE_KINDS
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PACKAGES = (clockdrive, mounts, pointing, transports)
@@ -163,6 +164,22 @@ def test_imports_go_one_way():
         timeout=60,
     )
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_the_application_knows_no_kind_of_drives_by_its_name():
+    home = Path(str(files(clockdrive)))
+    knowing = {
+        home / "configuration_keys.py",
+        *(home / "drives").rglob("*.py"),
+    }  # one table, and the kinds themselves
+    told = [
+        f"{source.name}:{node.lineno}: {node.value}"
+        for source in sources(clockdrive)
+        if source not in knowing
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in DRIVE_KINDS
+    ]
+    assert told == []
 
 
 @pytest.mark.checkout

@@ -12,7 +12,7 @@ from typing import Any
 
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
-from clockdrive.configuration_keys import DRIVE_KINDS
+from clockdrive.configuration_keys import DRIVE_KINDS, READABLE
 from clockdrive.errors import InputError, Refused
 
 Command = Callable[[argparse.Namespace], None]
@@ -248,9 +248,6 @@ def simulate(args: argparse.Namespace) -> None:
             time.sleep(3600.0)
 
 
-_READABLE = "tc410"  # the drive that keeps its configuration itself
-
-
 def config(args: argparse.Namespace) -> None:
     """Check a configuration as a whole, and that this version can do what it asks for."""
     from clockdrive import assembly  # noqa: PLC0415 - as in `plan`
@@ -271,18 +268,18 @@ def init(args: argparse.Namespace) -> None:
     """Print a commented configuration."""
     from clockdrive.configuration_file import commented_template  # noqa: PLC0415 - only here
 
-    if args.kind not in {None, _READABLE} and args.unit is not None:
+    if args.kind not in {None, READABLE} and args.unit is not None:
         raise InputError(
             f"init {args.kind} --from {args.unit}: it keeps none of them; `clockdrive init {args.kind}` writes the "
-            f"keys of the {args.kind}, `clockdrive init {_READABLE} --from LINK` reads a {_READABLE}"
+            f"keys of the {args.kind}, `clockdrive init {READABLE} --from LINK` reads a {READABLE}"
         )
     if args.unit is not None and args.mount is not None:
         raise InputError(f"init --from {args.unit} --mount {args.mount}: the unit's registers say the mount type")
     if args.unit is not None:
         from clockdrive.clock import SystemClock  # noqa: PLC0415 - only here
-        from clockdrive.first_configuration import commented_from  # noqa: PLC0415 - likewise
+        from clockdrive.drives import part_of  # noqa: PLC0415 - likewise
 
-        text = commented_from(args.unit, SystemClock())
+        text = part_of(READABLE, "first_configuration").commented_from(args.unit, SystemClock())
     elif args.kind is None:
         raise InputError(f"init: say which drive, {', '.join(DRIVE_KINDS)}, or --from its link")
     else:

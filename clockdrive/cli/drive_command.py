@@ -74,15 +74,20 @@ def drive(args: argparse.Namespace) -> None:
 
 def _pec(args: argparse.Namespace) -> None:
     """Make the table; the drive is not needed for it."""
-    from clockdrive.drives.avr_box.pec_table import pec_table  # noqa: PLC0415 - only here
+    from clockdrive.drives import part_of  # noqa: PLC0415 - only here
 
-    found = pec_table(
-        configuration_of(args.config),
-        args.file,
-        harmonics=args.harmonics,
-        assembler=args.assembler,
-        picture=args.picture,
-    ).json
+    configuration = configuration_of(args.config)
+    found = (
+        part_of(configuration.drive.kind, "pec_table")
+        .pec_table(
+            configuration,
+            args.file,
+            harmonics=args.harmonics,
+            assembler=args.assembler,
+            picture=args.picture,
+        )
+        .json
+    )
     if args.json:
         display.as_json(found)
         return

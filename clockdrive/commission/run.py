@@ -7,14 +7,13 @@ process cannot give back, the next one does when it connects. A step that cannot
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Protocol, runtime_checkable
 
 from clockdrive.commission.bench import CommissioningBench, Impossible
 from clockdrive.commission.steps import FIRST, LAST
 from clockdrive.configuration import Configuration
 from clockdrive.control import Steps
-from clockdrive.drive_registers import HasRegisters
+from clockdrive.drives import commissioning_of
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from clockdrive.session import Session
 from clockdrive.state import Event
@@ -36,13 +35,6 @@ class Stage:
     findings: tuple[Finding, ...] | None = None
 
 
-_OWN = {
-    "tc410": "mounts.tc410.commissioning",
-    "avr-box": "mounts.avr_box.commissioning",
-    "awr": "mounts.awr.commissioning",
-    "apo": "mounts.apo.commissioning",
-    "sdss": "mounts.apo.commissioning",
-}
 Watch = Callable[[Stage], object]
 
 
@@ -52,12 +44,9 @@ def steps_of(kind: str, only: Sequence[str] = ()) -> tuple[Step, ...]:
     Raises
     ------
     InputError
-        There is no such step, or the drive cannot be commissioned.
+        There is no such step.
     """
-    if kind not in _OWN:
-        has = ", ".join(_OWN)
-        raise InputError(f"`commission` has no steps for the drive {kind} in this version; it has for {has}")
-    own = import_module(_OWN[kind])  # the steps of the drive that is there
+    own = commissioning_of(kind)
     left_out: frozenset[str] = getattr(own, "LEFT_OUT", frozenset())
     shared, last = ([step for step in steps if step.name not in left_out] for steps in (FIRST, LAST))
     steps = (*own.BEFORE, *shared, *own.AFTER, *last)
@@ -89,13 +78,11 @@ class Learns(Protocol):
         ...
 
 
-def _encoders(drive: Drive) -> "tuple[Encoder | None, Encoder | None]":
+def _encoders(kind: str, drive: Drive) -> "tuple[Encoder | None, Encoder | None]":
     """What absolute encoders read, of a drive that has some."""
-    if not isinstance(drive, HasRegisters):
-        return None, None
-    from mounts.tc410.commissioning import encoders  # noqa: PLC0415 - as in `steps_of`
-
-    return encoders(drive)  # type: ignore[arg-type]  # it is of this kind
+    encoders: Callable[[Drive], tuple[Encoder | None, Encoder | None]] | None
+    encoders = getattr(commissioning_of(kind), "encoders", None)
+    return (None, None) if encoders is None else encoders(drive)
 
 
 class Commissioning:
@@ -126,7 +113,7 @@ class Commissioning:
             session,
             configuration,
             witness,
-            lambda: _encoders(session.drive),
+            lambda: _encoders(self._kind, session.drive),
             dict(written or {}),
         )
         self._still_only = ""  # why nothing may be moved any more

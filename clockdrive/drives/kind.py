@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from clockdrive.configuration import Configuration
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.configuration import Configuration
+    from clockdrive.drives.by_hand import AtRest, ByHand
     from mounts.drive import Drive
     from transports.link import Clock
     from transports.memory import Device
@@ -39,17 +40,17 @@ class Simulated(Protocol):
 class Kind(Protocol):
     """One kind of drives; the module `kind` of its folder."""
 
-    def axes(self, configuration: Configuration) -> tuple[Axis, Axis]:
+    def axes(self, configuration: "Configuration") -> tuple[Axis, Axis]:
         """The pointing axes: gearing, and the travel that the drive can be held to."""
         ...
 
-    def timing(self, configuration: Configuration) -> Timing:
+    def timing(self, configuration: "Configuration") -> Timing:
         """How the configured drive moves by its own law, with nothing learnt."""
         ...
 
     def drive(
         self,
-        configuration: Configuration,
+        configuration: "Configuration",
         clock: "Clock",
         lines: "tuple[Device, ...]",
         memory: Mapping[str, object],
@@ -78,11 +79,15 @@ class Kind(Protocol):
         ...
 
     def simulated(
-        self, configuration: Configuration, time: float, snapshot: Mapping[str, object] | None
+        self, configuration: "Configuration", time: float, snapshot: Mapping[str, object] | None
     ) -> Simulated:
         """A simulated drive, as it was left or new at its park position."""
         ...
 
-    def memory_at_park(self, configuration: Configuration, time: float) -> dict[str, object]:
+    def memory_at_park(self, configuration: "Configuration", time: float) -> dict[str, object]:
         """What the driver of a simulator never used before remembers: it is synchronised, at park."""
+        ...
+
+    def by_hand(self, at_rest: "AtRest") -> "ByHand":
+        """The drive in a person's hands."""
         ...

@@ -1,6 +1,6 @@
 """The answers of the box: two signed numbers of five digits, parted by a tab, ended by a carriage return.
 
-Total on any bytes: what is no answer is passed over up to the next carriage return, and counted.
+Total on any bytes: what is no answer is passed over up to the next carriage return.
 """
 
 import re
@@ -30,22 +30,10 @@ class AnswerDecoder:
 
     def __init__(self) -> None:
         self._held = b""
-        self.rejected = 0
-        """Lines so far that were no answer."""
 
     def feed(self, data: bytes) -> list[Pair]:
         """Take what has come; return the answers that it completes."""
         *lines, self._held = (self._held + data).split(b"\r")
         self._held = self._held[-_MOST_HELD:]
-        pairs = []
-        for line in lines:
-            found = _FORM.fullmatch(line + b"\r")
-            if found is None:
-                self.rejected += 1
-            else:
-                pairs.append(Pair(int(found[1]), int(found[2])))
-        return pairs
-
-    def forget(self) -> None:
-        """Begin anew, as after the line was silent."""
-        self._held = b""
+        found = (_FORM.fullmatch(line + b"\r") for line in lines)
+        return [Pair(int(each[1]), int(each[2])) for each in found if each is not None]

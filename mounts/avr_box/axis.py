@@ -15,15 +15,15 @@ from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.slew_model import AvrSlewModel, Piece, cycles_in, seconds_of
 from mounts.avr_box.slew_table import SlewLaw
 from mounts.avr_box.tick_clock import TickClock
-from mounts.avr_box.timers import CRYSTAL_HZ, SLEW_GEARS
+from mounts.avr_box.timers import CRYSTAL_HZ, fine_cycles
 from mounts.reckoning import Motion, Reckoned, Reckoning
 
 if TYPE_CHECKING:
     from mounts.avr_box.landing import Aim
 
 AFTER_S = 0.1  # between the computed end of a move and the next command to the axis
-FINE_STEP_S = 2 * SLEW_GEARS[1].low * 256 / CRYSTAL_HZ
-"""Of a microstep of `<` and `>`: the slowest of the low gear (A)."""
+FINE_STEP_S = fine_cycles() / CRYSTAL_HZ
+"""Of a microstep of `<` and `>`."""
 _ROUNDING = 1e-6
 _INTERRUPTED = 0.5  # microsteps by which a move may begin elsewhere than reckoned
 

@@ -68,6 +68,9 @@ COMMANDS = {
     )
 }
 
+FIVE_ARCMIN = (2763, 1382)
+"""Half of the microsteps of `E` and `W`, and of `N` and `S`: the `step_max` of the firmware."""
+
 FLAGS = {"encoder": 0x01, "ra_guiding": 0x02, "pec": 0x04, "dec_guiding": 0x10}
 """Bits of the argument of `C`."""
 

@@ -6,9 +6,9 @@ axis, the other way, or twice as far, until a `sync` after it has shown that it 
 """
 
 from mounts.avr_box.axis import BoxAxis
+from mounts.avr_box.commands import FIVE_ARCMIN
 from mounts.avr_box.encoders import SEEN_COUNTS
 from mounts.avr_box.guiding import GuideRates
-from mounts.avr_box.runaway import FIVE_ARCMIN
 from mounts.avr_box.trust import FLAGS, GUIDES, MOVES, STEPS, Trust
 
 UNATTENDED = 3e-3

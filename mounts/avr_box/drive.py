@@ -16,7 +16,6 @@ from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
 from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
-from mounts.avr_box.runaway import FIVE_ARCMIN
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.slew_model import AvrSlewModel
 from mounts.avr_box.slew_table import laws
@@ -391,7 +390,7 @@ class AvrBoxDrive:
         """Send `N`, likewise; return how many seconds it takes."""
         self.supervision.on_trial = True
         self._box.send(b"N")
-        return self.axes[1].duration(FIVE_ARCMIN[1])
+        return self.axes[1].duration(commands.FIVE_ARCMIN[1])
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""

@@ -20,7 +20,6 @@ _LEAST = 4.0  # microsteps to either side that are worth a move
 _SLACK = 8.0  # microsteps by which a move may end beyond its goal
 _FINE = 60.0  # microsteps of axis 2 that are made one by one, within half a second
 _ROUNDS = 12
-NOTHING = 0.0
 MOST_BESIDE_ARCSEC_S = 30.0
 """By which the rate of a path may be beyond what guiding reaches."""
 LAGS_S = (1.6, 1.1)

@@ -15,7 +15,6 @@ from transports.errors import NoAnswer
 AGAIN_S = 0.3  # between two looks at an axis that is astray: at full speed it makes 4 counts
 RUNS_COUNTS = 2.5  # beyond what was asked of it, between them
 BOUND_COUNTS = 2.0  # where an axis may be off that is reckoned within a count of what its encoder says, to a count
-FIVE_ARCMIN = (2763, 1382)  # half of the microsteps of W and N
 ENDING = ((b"E", b"W"), (b"S", b"N"))  # to smaller and larger angles
 _ENDINGS = 4  # commands to end a runaway, should some be lost
 
@@ -88,7 +87,7 @@ def _told(box: Box, running: Runaway) -> float:
     """Send a move of 5′; return when that is over, POSIX seconds."""
     begin = box.send(running.ending)
     running.axis.unproved = True
-    return begin + running.axis.duration(FIVE_ARCMIN[running.axis.index])
+    return begin + running.axis.duration(commands.FIVE_ARCMIN[running.axis.index])
 
 
 def _looks(box: Box) -> tuple[Told, Told]:

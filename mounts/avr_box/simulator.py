@@ -10,14 +10,19 @@ from dataclasses import asdict
 from typing import Any
 
 from mounts.avr_box.answers import Pair
-from mounts.avr_box.commands import BINS, COMMANDS, FLAGS
+from mounts.avr_box.commands import BINS, COMMANDS, FIVE_ARCMIN, FLAGS
 from mounts.avr_box.simulator_motor import Motor, Slew
 from mounts.avr_box.simulator_settings import SimulatorSettings
-from mounts.avr_box.timers import CRYSTAL_HZ, DEFAULT_COMPARE, SLEW_GEARS, TICK_CYCLES, tracking_cycles
+from mounts.avr_box.timers import (
+    CRYSTAL_HZ,
+    DEFAULT_COMPARE,
+    SLEW_GEARS,
+    TICK_CYCLES,
+    fine_cycles,
+    tracking_cycles,
+)
 
 _FLAGS_AT_BOOT = FLAGS["pec"]
-_FIVE_ARCMIN = (2763, 1382)  # `step_max` of E, W and of N, S
-_GUIDE_STEP_CYCLES = 2 * SLEW_GEARS[1].low * 256  # of a microstep of < and >: the slowest of the low gear
 _QUARTER = 4
 _AT_ONCE = 64  # ticks
 
@@ -52,8 +57,9 @@ class SimulatedAvrBox:
     ) -> None:
         self.settings = settings
         self.steps_per_turn = steps_per_turn
+        more = 1 if settings.table_clocks == "byte+1" else 0
         self.motors = tuple(
-            Motor(settings.slew_table, gears.low, gears.high, here)
+            Motor(settings.slew_table, gears.low, gears.high, here, more)
             for gears, here in zip(SLEW_GEARS, positions, strict=True)
         )
         self._worm_steps = worm_steps
@@ -107,7 +113,7 @@ class SimulatedAvrBox:
         else:
             axis = 0 if letter in "EW" else 1
             up = (letter in "WNn") is not (axis == 1 and self.settings.north_reversed)
-            self._begin(axis, _FIVE_ARCMIN[axis], 1 if up else -1, _QUARTER if letter in "ns" else 1)
+            self._begin(axis, FIVE_ARCMIN[axis], 1 if up else -1, _QUARTER if letter in "ns" else 1)
         return b""
 
     def _set(self, letter: str, number: int) -> None:
@@ -178,14 +184,15 @@ class SimulatedAvrBox:
         left = self.motors[1].run(cycles)
         steps, direction, run = self._fine
         if steps:
-            made = min((run + left) // _GUIDE_STEP_CYCLES, steps)
+            each = fine_cycles(self.settings.fine_compare)
+            made = min((run + left) // each, steps)
             self.motors[1].position += direction * made
-            self._fine = (steps - made, direction, run + left - made * _GUIDE_STEP_CYCLES if steps > made else 0)
+            self._fine = (steps - made, direction, run + left - made * each if steps > made else 0)
 
     def _run_axis1(self, cycles: int) -> None:
         motor = self.motors[0]
         left = motor.run(cycles)
-        if left < cycles:
+        if left < cycles and self.settings.interrupted == "lost":
             self._tracked = 0
         each = tracking_cycles(self._compare())
         before = motor.position

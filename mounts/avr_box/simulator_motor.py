@@ -35,10 +35,13 @@ class Motor:
         Prescalers of the low and the high gear.
     position : int
         Microsteps at which it stands.
+    more : int
+        Timer clocks of half a step beyond the byte of the table.
     """
 
-    def __init__(self, table: Sequence[int], low: int, high: int, position: int = 0) -> None:
-        self._table, self._low, self._high = table, low, high
+    def __init__(self, table: Sequence[int], low: int, high: int, position: int = 0, more: int = 1) -> None:
+        self._clocks = [byte + more for byte in table]
+        self._low, self._high = low, high
         self.position = position
         self.made_at_speed = 0  # steps of the high gear, signed: of those each way some may have been lost
         self.slew: Slew | None = None
@@ -66,9 +69,9 @@ class Motor:
     def _step(self, slew: Slew, index: int) -> tuple[int, int]:
         """Cycles of the step at an index, and how many steps from there on are alike."""
         if index < _LOW_COUNTS:
-            return 2 * self._low * slew.slowed * (self._table[index] + 1), 1
+            return 2 * self._low * slew.slowed * self._clocks[index], 1
         entry = min(index // _SHARED, _LAST_ENTRY)
-        each = 2 * self._high * slew.slowed * (self._table[entry] + 1)
+        each = 2 * self._high * slew.slowed * self._clocks[entry]
         first = entry * _SHARED
         if slew.down:
             return each, index - first + 1

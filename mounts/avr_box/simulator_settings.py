@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mounts.avr_box.slew_table import standard
-from mounts.avr_box.timers import DEFAULT_COMPARE
+from mounts.avr_box.timers import DEFAULT_COMPARE, FINE_COMPARE
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,13 @@ class SimulatorSettings:
         0: none are fitted, and `Q` answers zeros.
     slew_table : tuple of int
         The table in its program memory.
+    table_clocks : str
+        How many clocks a byte of it means: "byte+1", as a timer counts up to it, or "byte".
+    fine_compare : int
+        Compare value of TIMER0 for `<` and `>`.
+    interrupted : str
+        What becomes of the microstep of tracking that a slew of axis 1 interrupts: it is "lost", or "kept" until the
+        slew has ended.
     pec_table : tuple of int
         Its compare values by PEC bin.
     busy : str
@@ -51,6 +58,9 @@ class SimulatorSettings:
     encoder_reversed2: bool = False
     encoder_counts_per_turn: int = 20000
     slew_table: tuple[int, ...] = standard()
+    table_clocks: Literal["byte+1", "byte"] = "byte+1"
+    fine_compare: int = FINE_COMPARE
+    interrupted: Literal["lost", "kept"] = "lost"
     pec_table: tuple[int, ...] = (DEFAULT_COMPARE,) * 519
     busy: Literal["restart", "ignore"] = "restart"
     clock_drift_ppm: float = 0.0

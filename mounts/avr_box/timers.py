@@ -29,6 +29,15 @@ SLEW_GEARS = (Gears(128, 32), Gears(256, 64))
 """TIMER2 of axis 1 and TIMER0 of axis 2."""
 
 
+FINE_COMPARE = 255
+"""OCR0A for `<` and `>`: the slowest of the low gear (A)."""
+
+
+def fine_cycles(compare: int = FINE_COMPARE) -> int:
+    """Crystal cycles of a microstep of `<` and `>` with a compare value of TIMER0."""
+    return 2 * SLEW_GEARS[1].low * (compare + 1)
+
+
 def tracking_cycles(compare: int) -> int:
     """Crystal cycles of a microstep while axis 1 tracks with a compare value of TIMER2."""
     return 2 * TRACKING_PRESCALER * (compare + 1)

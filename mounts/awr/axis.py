@@ -76,13 +76,6 @@ class AwrAxis:
         self.press = self._begun = None
         self.led(way.steps)
 
-    def never_moved(self) -> None:
-        """The key was not heard."""
-        if self._begun is not None:
-            begin, start = self._begun
-            self._reckoning.halted(start.counts, begin, start.uncertainty)
-        self.press = self._begun = None
-
     def known(self, counts: float, time: float, uncertainty: float) -> None:
         """It is known where it is; whatever moved it is over."""
         self._reckoning.halted(counts, time, uncertainty)

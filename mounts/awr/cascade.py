@@ -12,7 +12,7 @@ ends.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
@@ -90,6 +90,10 @@ class Press:
         return jitter.measured(self.key, held - self.blip_s, duration - self.blip_s)
 
 
+Presses = tuple[Press | None, Press | None]
+"""Of each axis; None for one that is not moved."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """Presses of both axes at one speed.
@@ -111,7 +115,7 @@ class Stage:
     """
 
     speed: Speed
-    presses: tuple[Press | None, Press | None]
+    presses: Presses
     errors: Pair
     expected_s: float
     planned_sigmas: Pair
@@ -274,11 +278,8 @@ class Cascade:
     def _stage(self, rung: Rung, errors: Errors, begin: float, holds: Sequence[_Hold]) -> Stage:
         """One speed, with what it leaves and how long all that follows takes on the average."""
         jitter = self.ladder.jitter
-        begins = side_by_side((holds[0].seconds, holds[1].seconds), self.ladder.exchange_s)
-        one, two = (
-            Press(hold.key, hold.seconds, at, hold.blip_s) if hold.key else None
-            for hold, at in zip(holds, begins, strict=True)
-        )
+        one, two = (Press(hold.key, hold.seconds, 0.0, hold.blip_s) if hold.key else None for hold in holds)
+        one, two = side_by_side((one, two), self.ladder.exchange_s)
         ends = begin + max(press.end for press in (one, two) if press)
         planned1, planned2 = (press.planned(jitter).sigma if press else 0.0 for press in (one, two))
         known1, known2 = (press.measured(jitter, press.duration).sigma if press else 0.0 for press in (one, two))
@@ -301,18 +302,24 @@ def _left(press: Press | None, error: float, planned: float, known: float) -> Ar
     return _LIKELY * math.sqrt(max(0.0, planned**2 - known**2))
 
 
-def side_by_side(holds: Pair, apart: float) -> Pair:
-    """When two keys are pressed, so that no two of four commands come closer than `apart` and all is over soonest.
+def side_by_side(presses: Presses, apart: float) -> Presses:
+    """The same, each begun so that nothing of one comes closer than `apart` to anything of the other; over soonest.
 
-    The longer one begins; the shorter one, of which a hold of 0 is none, within it, across its end, or after it.
+    What is told of an axis while the line is taken by the other waits, and its time is not known.
     """
-    long, short = max(holds), min(holds)
-    if not short:
-        return 0.0, 0.0
-    if short <= long - 2.0 * apart:
-        later = apart
-    elif short >= 2.0 * apart:
-        later = long - short + apart
-    else:
-        later = long + apart
-    return (0.0, later) if holds[0] >= holds[1] else (later, 0.0)
+    one, two = presses
+    if one is None or two is None:
+        return presses
+    ours, others = (_told(press) for press in presses if press)
+    laters = [mine - other + sign * apart for mine in ours for other in others for sign in (1.0, -1.0)]
+    least = apart * (1.0 - 1e-9)
+    clear = [
+        later for later in laters if all(abs(mine - other - later) >= least for mine in ours for other in others)
+    ]
+    later = min(clear, key=lambda later: max(ours[-1], others[-1] + later) - min(0.0, later))
+    return replace(one, begin=max(0.0, -later)), replace(two, begin=max(0.0, later))
+
+
+def _told(press: Press) -> tuple[float, float, float]:
+    """Seconds from a press to itself, its release and the end of its motion: what is said on the line."""
+    return 0.0, press.hold, press.duration

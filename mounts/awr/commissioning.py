@@ -25,8 +25,8 @@ def _units(bench: Any) -> Steps[list[Finding]]:  # noqa: ANN401 - the applicatio
     move = yield from _way(bench, "LEFT", "move", _MOVE_S)
     if move is None:
         return [Finding("units", "untested", _NO_WITNESS)]
-    findings = [_frequency(bench, *move)]
-    unit = float(findings[0].found if findings[0].found is not None else findings[0].configured)  # type: ignore[arg-type]
+    frequency, unit = _frequency(bench, *move)
+    findings = [frequency]
     findings.append((yield from _acceleration(bench, unit)))
     findings.append((yield from _reference(bench)))
     findings.append((yield from _declination(bench, unit)))
@@ -57,13 +57,21 @@ def _word(bench: Any, name: str, *, ram: bool = False) -> float:  # noqa: ANN401
     return float((words.ram if ram else words.lasting)[BY_NAME[name].address])
 
 
-def _frequency(bench: Any, degrees: float, sigma: float, trial: Any, _tracked: float) -> Finding:  # noqa: ANN401
-    """A way at MOVE speed is speed times hold; steps of axis 1 are known by the sidereal rate."""
+def _frequency(
+    bench: Any,  # noqa: ANN401
+    degrees: float,
+    sigma: float,
+    trial: Any,  # noqa: ANN401
+    _tracked: float,
+) -> tuple[Finding, float]:
+    """A way at MOVE speed is speed times hold; axis 1 is known by the sidereal rate. Also return the unit."""
     steps = abs(degrees) * bench.counts_per_deg(0)
     rate = steps / trial.hold
     found = rate / _word(bench, "move_left" if bench.drive.words.tracks > 0 else "move_right")
     relative = math.hypot(sigma / abs(degrees) if degrees else math.inf, 0.007 / trial.hold)
-    return _judged(bench, "frequency unit", "drive.frequency_unit", found, relative, f"MOVE goes {rate:.0f} steps/s")
+    key, said = "drive.frequency_unit", f"MOVE goes {rate:.0f} steps/s"
+    finding = _judged(bench, "frequency unit", key, found, relative, said)
+    return finding, found if finding.changes else float(bench.configured(key))
 
 
 def _acceleration(bench: Any, unit: float) -> Steps[Finding]:  # noqa: ANN401

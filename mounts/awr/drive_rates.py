@@ -5,6 +5,7 @@ axis may have gone meanwhile is added to its uncertainty.
 """
 
 import math
+from collections.abc import Sequence
 
 from mounts.awr.axis import AwrAxis
 from mounts.awr.registers import BY_NAME, Flags, Register
@@ -34,11 +35,25 @@ class DriveRates:
         self._axes = axes
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._held = False  # by the override: neither goes, whatever the words say
+        self.resting = False
+        """Whether they are to be off, not only slow."""
 
     @property
     def in_doubt(self) -> bool:
         """Whether nobody knows which rate is in force."""
         return bool(self._doubts)
+
+    def go(self, rates: Sequence[float], *, resting: bool = False) -> None:
+        """Have both drives go at the rates nearest to some, steps a second; `resting`: they are none.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `drive_at`.
+        """
+        self.resting = resting
+        for index, rate in enumerate(rates):
+            self.drive_at(index, rate)
 
     def drive_at(self, index: int, rate: float) -> None:
         """Have a drive go at the rate nearest to one, steps a second, that its words can make.
@@ -59,6 +74,7 @@ class DriveRates:
         DriveRefused, TransportError
             As for `drive_at`.
         """
+        self.resting = True
         for index in (0, 1):
             flags = Flags.of(self._words.drive_flags(index))._replace(enable=False)
             counts = self._words.ram[BY_NAME[f"{DRIVES[index]}_counts"].address]

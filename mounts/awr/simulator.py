@@ -11,39 +11,29 @@ from collections import Counter, deque
 from collections.abc import Mapping
 from typing import Any
 
-from mounts.awr.messages import (
-    Backlash,
-    Done,
-    Error,
-    Event,
-    IndexPulse,
-    Lines,
-    Moving,
-    Override,
-    Response,
-    Status,
-    Word,
-    Written,
-)
-from mounts.awr.packets import Packets
+from mounts.awr import simulator_wire as wire
 from mounts.awr.simulator_axis import MovingAxis
+from mounts.awr.simulator_line import WornLine
 from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.awr.simulator_wire import WORDS
 
-_RAM, _CRC, _VERSION = 0x80, 0x3F, 0xFF
-_LAST = 0x1A
-_HEX = frozenset("0123456789ABCDEF")
-_KEYS = {"1": (1, 1), "2": (1, -1), "3": (0, 1), "4": (0, -1), "5": (0, 0), "6": (1, 0)}
-_SPEEDS = {"7": "guide", "8": "centre", "9": "slew", "A": "move"}
-_RATES = {  # address of the counts by speed, axis and sense
-    ("guide", 0, 1): 0x09, ("guide", 0, -1): 0x07, ("guide", 1, 1): 0x05, ("guide", 1, -1): 0x05,
-    ("centre", 0, 1): 0x0F, ("centre", 0, -1): 0x0D, ("centre", 1, 1): 0x0B, ("centre", 1, -1): 0x0B,
+_RATES = {  # whose counts hold by speed, axis and sense
+    ("guide", 0, 1): "guide_left", ("guide", 0, -1): "guide_right", ("guide", 1, 1): "guide_up",
+    ("guide", 1, -1): "guide_up", ("centre", 0, 1): "centre_left", ("centre", 0, -1): "centre_right",
+    ("centre", 1, 1): "centre_up", ("centre", 1, -1): "centre_up",
 }  # fmt: skip
 _FREQUENCIES = {
-    ("move", 0, 1): 0x13, ("move", 0, -1): 0x12, ("move", 1, 1): 0x11, ("move", 1, -1): 0x11,
-    ("slew", 0, 1): 0x15, ("slew", 0, -1): 0x15, ("slew", 1, 1): 0x14, ("slew", 1, -1): 0x14,
+    ("move", 0, 1): "move_left", ("move", 0, -1): "move_right", ("move", 1, 1): "move_up", ("move", 1, -1): "move_up",
+    ("slew", 0, 1): "slew_right", ("slew", 0, -1): "slew_right", ("slew", 1, 1): "slew_up",
+    ("slew", 1, -1): "slew_up",
 }  # fmt: skip
+_DRIVES, _SLEWS = ("drive_ra", "drive_dec"), ("slew_right", "slew_up")
+_ACCELERATIONS, _PLAYS = ("max_accel_ra", "max_accel_dec"), ("ra_backlash", "dec_backlash")
+_COUNTS = frozenset(range(WORDS["drive_ra"], WORDS["centre_left"] + 1, 2))
 _LEAST_COUNTS = 16  # below which the division overflows
-_RESETS = {"watchdog": "1", "MCLR": "6", "brownout": "7"}
+_BLIPS = ({-1: wire.RA_REVERSED, 1: wire.RA_NORMAL}, {1: wire.DEC_TO_POLE, -1: wire.DEC_FROM_POLE})
+_RESETS = {"watchdog": "watchdog timeout reset", "MCLR": "MCLR reset", "brownout": "brownout reset"}
+_WITH_BLIPS, _WITH_POLL, _WITH_LINES = 0x0059, 0x0072, 0x0077  # the firmware of the manual's revisions
 
 
 class SimulatedAwr:
@@ -63,7 +53,9 @@ class SimulatedAwr:
         self.settings = settings
         self._now = t0
         self._rng = random.Random(settings.seed)  # noqa: S311 - nothing secret
-        self._packets = Packets()
+        self._ear = wire.Ear()
+        self._inward, self._outward = (WornLine(settings, self._rng) for _ in range(2))
+        self._coming: deque[tuple[float, bytes]] = deque()  # bytes of the host that are late
         self.lasting = dict(settings.words)
         """The non-volatile words by address."""
         self.ram = dict(self.lasting)
@@ -80,7 +72,8 @@ class SimulatedAwr:
         self._order = 0
         self._queue: deque[tuple[float, bytes]] = deque()  # what is to be said unasked
         self._moving = (False, False)
-        self._per_count = settings.sidereal_steps_per_s * settings.words[0x01] * max(1, settings.words[0x02] >> 8)
+        counts, flags = self._rate_words(settings.words, "drive_ra")
+        self._per_count = settings.sidereal_steps_per_s * counts * max(1, flags >> wire.POSTSCALER_SHIFT)
         self._aim()
         for axis in self.axes:
             axis.velocity = axis.target
@@ -101,93 +94,90 @@ class SimulatedAwr:
     def receive(self, data: bytes, t: float) -> bytes:
         """Take bytes that arrived at POSIX `t`; return the answers."""
         self.advance(t)
-        packets = self._packets.feed(self._worn(data), t)
-        return b"".join(self._answer(packet.text) for packet in packets)
+        answers = []
+        for at, piece in self._inward.carried(data, t):
+            if at > t:
+                self._coming.append((at, piece))
+            else:
+                answers += self._heard(piece)
+        self._queue.extend(each for each in answers if each[0] > self._now)
+        return b"".join(piece for at, piece in answers if at <= self._now)
 
     def says(self, until: float) -> tuple[float, bytes] | None:
-        """The next event up to POSIX `until`, and when."""
+        """The next thing that is said unasked or late up to POSIX `until`, and when."""
         while not self._queue and self._step(until):
             pass
         return self._queue.popleft() if self._queue and self._queue[0][0] <= until else None
 
-    def _worn(self, data: bytes) -> bytes:
-        """Bytes as the line leaves them."""
-        lost, doubled = self.settings.byte_loss, self.settings.byte_doubling
-        if not lost and not doubled:
-            return data
-        come = bytearray()
-        for byte in data:
-            chance = self._rng.random()
-            come += b"" if chance < lost else bytes((byte, byte)) if chance < lost + doubled else bytes((byte,))
-        return bytes(come)
+    def _heard(self, data: bytes) -> list[tuple[float, bytes]]:
+        """Obey what the host said; return what is answered, and when."""
+        texts = [text for body in self._ear.hear(data) for text in self._answers(body)]
+        return [piece for text in texts for piece in self._outward.carried(self._packet(text), self._now)]
 
-    def _packet(self, message: Response | Event) -> bytes:
-        stop = "#" if self.version >= 0x0072 else ""
+    def _packet(self, text: str) -> bytes:
         debug = f"dbg {self._rng.randrange(999)}\r\n" if self._rng.random() < self.settings.debug else ""
-        return self._worn(f":{message.text}\r\n{stop}{debug}".encode("ascii"))
+        return f"{wire.said(text, with_stop=self.version >= _WITH_POLL)}{debug}".encode("ascii")
 
-    def _say(self, event: Event, late_s: float = 0.0) -> None:
-        self._queue.append((self._now + late_s, self._packet(event)))
+    def _say(self, text: str, late_s: float = 0.0) -> None:
+        self._queue.extend(self._outward.carried(self._packet(text), self._now + late_s))
 
-    def _answer(self, body: str) -> bytes:
-        if body == "??":
-            return b"".join(self._packet(self._read(address)) for address in (*range(_LAST + 1), _CRC, _VERSION))
+    def _answers(self, body: str) -> list[str]:
+        if body == wire.ALL_WORDS:
+            return [self._read(address) for address in wire.TOLD]
         answer = self._obeyed(body)
         if answer is None:
-            self._say(Error("C"))
-            return b""
-        return self._packet(answer)
+            self._say(wire.ERRORS["protocol syntax error"])
+            return []
+        return [answer]
 
-    def _obeyed(self, body: str) -> Response | None:
-        if body in _KEYS or body in _SPEEDS:
-            if self.stopped and body in "1234":
-                return Done(ok=False)
-            self._later(body)
-            return Done(ok=True)
-        if body in {"D", "E"}:
-            return self._kept(commit=body == "E")
-        if body == "R?" and self.version >= 0x0072:
-            return Status(self.relays, self.stopped)
-        if len(body) == 3 and body[0] == "F" and body[1] in "123" and body[2] in "01":
-            return self._switched(1 << int(body[1]) - 1, on=body[2] == "1")
-        return self._words(body)
+    def _obeyed(self, body: str) -> str | None:
+        """What is answered to a command; None to what is none."""
+        command = wire.COMMANDS.get(body, "")
+        if command in wire.KEYS or command in wire.SPEEDS:
+            if self.stopped and command in wire.KEYS and wire.KEYS[command][1]:
+                return wire.NO
+            self._later(command)
+            return wire.YES
+        if command:
+            return self._kept(commit=command == "COMMIT")
+        if body == wire.POLL and self.version >= _WITH_POLL:
+            return wire.polled(self.relays, stopped=self.stopped)
+        if body in wire.RELAYS:
+            number, on = wire.RELAYS[body]
+            return self._switched(1 << number - 1, on=on)
+        return None if (asked := wire.asked(body)) is None else self._word(*asked)
 
-    def _words(self, body: str) -> Response | None:
-        """Read or write a word."""
-        digits = body.removesuffix("?")
-        if not set(digits) <= _HEX or (len(digits), len(body)) not in {(2, 3), (6, 6)}:
-            return None
-        address, *value = bytes.fromhex(digits)
-        return self._write(address, value[0] << 8 | value[1]) if value else self._read(address)
-
-    def _switched(self, bit: int, *, on: bool) -> Response:
+    def _switched(self, bit: int, *, on: bool) -> str:
         self.relays = self.relays | bit if on else self.relays & ~bit
-        return Done(ok=True)
+        return wire.YES
 
     # Its memory ------------------------------------------------------------------------------------------------
 
-    def _read(self, address: int) -> Response:
-        if address == _VERSION:
-            return Word(address, self.version)
-        if address in self.lasting:
-            return Word(address, self.lasting[address])
-        if self.settings.reads_ram and address & ~_RAM in self.ram:
-            return Word(address, self.ram[address & ~_RAM])
-        return Done(ok=False)
+    def _word(self, address: int, value: int | None) -> str:
+        return self._read(address) if value is None else self._write(address, value)
 
-    def _write(self, address: int, value: int) -> Response:
-        plain = address & ~_RAM
-        if address == _VERSION or plain not in self.lasting or plain == 0x18:
-            return Written(address, ok=False)
-        if not address & _RAM:
+    def _read(self, address: int) -> str:
+        if address == wire.VERSION:
+            return wire.told(address, self.version)
+        if address in self.lasting:
+            return wire.told(address, self.lasting[address])
+        if self.settings.reads_ram and address & ~wire.SOFT in self.ram:
+            return wire.told(address, self.ram[address & ~wire.SOFT])
+        return wire.NO
+
+    def _write(self, address: int, value: int) -> str:
+        plain = address & ~wire.SOFT
+        if address == wire.VERSION or plain not in self.lasting or plain == wire.RESERVED:
+            return wire.written(address, ok=False)
+        if not address & wire.SOFT:
             self._burn(plain, value)
         self.ram[plain] = value
-        if plain in range(0x01, 0x11, 2) and value < _LEAST_COUNTS:
-            self._say(Error("9" if value else "8"))
+        if plain in _COUNTS and value < _LEAST_COUNTS:
+            self._say(wire.ERRORS["divide overflow" if value else "divide by zero"])
         self._aim()
-        return Written(address, ok=True)
+        return wire.written(address, ok=True)
 
-    def _kept(self, *, commit: bool) -> Response:
+    def _kept(self, *, commit: bool) -> str:
         """Commit all soft writes, or discard them."""
         if commit:
             for address, value in self.ram.items():
@@ -195,7 +185,7 @@ class SimulatedAwr:
                     self._burn(address, value)
         self.ram = dict(self.lasting)
         self._aim()
-        return Done(ok=True)
+        return wire.YES
 
     def _burn(self, address: int, value: int) -> None:
         self.lasting[address] = value
@@ -203,16 +193,21 @@ class SimulatedAwr:
 
     # Speeds ----------------------------------------------------------------------------------------------------
 
-    def _rate(self, address: int) -> float:
-        """Steps a second of counts and flags, signed; of counts that cannot be divided by, none."""
-        counts, flags = self.ram[address], self.ram[address + 1]
-        if not flags & 1 or counts < _LEAST_COUNTS:
+    @staticmethod
+    def _rate_words(words: Mapping[int, int], name: str) -> tuple[int, int]:
+        """Counts and flags of a rate."""
+        return words[WORDS[name]], words[WORDS[name] + 1]
+
+    def _rate(self, name: str) -> float:
+        """Steps a second of a rate, signed; of counts that cannot be divided by, none."""
+        counts, flags = self._rate_words(self.ram, name)
+        if not flags & wire.ENABLE or counts < _LEAST_COUNTS:
             return 0.0
-        rate = self._per_count / (counts * max(1, flags >> 8))
-        return rate if flags & 2 else -rate
+        rate = self._per_count / (counts * max(1, flags >> wire.POSTSCALER_SHIFT))
+        return rate if flags & wire.POSITIVE else -rate
 
     def _idle(self, axis: int) -> float:
-        return self._rate(0x01 + 2 * axis)
+        return self._rate(_DRIVES[axis])
 
     def _wanted(self, axis: int) -> float:
         key = self.keys[axis]
@@ -220,7 +215,7 @@ class SimulatedAwr:
             return self._idle(axis)
         asked = (self.speed, axis, key)
         if asked in _FREQUENCIES:
-            return key * self.ram[_FREQUENCIES[asked]] * self.settings.frequency_unit
+            return key * self.ram[WORDS[_FREQUENCIES[asked]]] * self.settings.frequency_unit
         rate = self._rate(_RATES[asked])
         if axis == 1:
             return key * rate
@@ -232,9 +227,9 @@ class SimulatedAwr:
         fast = 1.0 + self.settings.clock_drift_ppm * 1e-6
         for i, axis in enumerate(self.axes):
             axis.target = 0.0 if self.stopped else self._wanted(i) * fast
-            axis.acceleration = self.ram[0x16 + i] * self.settings.acceleration_unit
+            axis.acceleration = self.ram[WORDS[_ACCELERATIONS[i]]] * self.settings.acceleration_unit
             axis.acceleration *= 1.0 + self.settings.acceleration_error
-            axis.blip_rate = self.ram[0x14 + (i == 0)] * self.settings.frequency_unit
+            axis.blip_rate = self.ram[WORDS[_SLEWS[i]]] * self.settings.frequency_unit
             self._blip(i)
 
     def _wire(self) -> None:
@@ -246,12 +241,12 @@ class SimulatedAwr:
 
     def _blip(self, index: int) -> None:
         """Take up the play where a motor turns round."""
-        axis, play = self.axes[index], self.ram[0x19 + index]
+        axis, play = self.axes[index], self.ram[WORDS[_PLAYS[index]]]
         sense = axis.turned()
         if sense and play:
             axis.blip += sense * play
-            if self.version >= 0x0059:
-                self._say(Backlash(index, sense < 0 if index == 0 else sense > 0))
+            if self.version >= _WITH_BLIPS:
+                self._say(_BLIPS[index][sense])
 
     # Time ------------------------------------------------------------------------------------------------------
 
@@ -265,18 +260,21 @@ class SimulatedAwr:
         change = min(axis.change_in for axis in self.axes)
         index = self._index_in()
         due = self._due[0][0] - self._now if self._due else math.inf
-        seconds = max(0.0, min(change, due, index))
+        coming = self._coming[0][0] - self._now if self._coming else math.inf
+        seconds = max(0.0, min(change, due, coming, index))
         if self._now + seconds > until:
             self._run(max(0.0, until - self._now))
             self._now = max(self._now, until)
             return False
         self._run(seconds)
         self._now += seconds
-        if due <= min(change, index):
+        if coming <= min(change, due, index):
+            self._queue.extend(self._heard(self._coming.popleft()[1]))
+        elif due <= min(change, index):
             self._act(heapq.heappop(self._due)[2])
         elif index < change:
             self.axes[0].position += 1e-6  # beyond it, so that it is not met again
-            self._say(IndexPulse())
+            self._say(wire.INDEX_PULSE)
         for i in (0, 1):
             self._blip(i)
         self._tell_motion()
@@ -293,18 +291,18 @@ class SimulatedAwr:
             return math.inf
         return (turn - axis.position % turn) / axis.velocity
 
-    def _later(self, body: str) -> None:
+    def _later(self, command: str) -> None:
         """A key or speed acts after a moment, never before one that was heard earlier."""
         delay = max(0.0, self._rng.gauss(self.settings.execution_s, self.settings.execution_jitter_s))
         last = max((due for due, _, _ in self._due), default=self._now)
         self._order += 1
-        heapq.heappush(self._due, (max(self._now + delay, last), self._order, body))
+        heapq.heappush(self._due, (max(self._now + delay, last), self._order, command))
 
-    def _act(self, body: str) -> None:
-        if body in _SPEEDS:
-            self.speed = _SPEEDS[body]
+    def _act(self, command: str) -> None:
+        if command in wire.SPEEDS:
+            self.speed = wire.SPEEDS[command]
         elif not self.stopped:
-            axis, sense = _KEYS[body]
+            axis, sense = wire.KEYS[command]
             self.keys[axis] = sense
         self._aim()
 
@@ -316,7 +314,7 @@ class SimulatedAwr:
         )
         if (one, two) != self._moving:
             self._moving = (one, two)
-            self._say(Moving(self._moving), self._rng.gauss(0.0, self.settings.stamp_jitter_s))
+            self._say(wire.moving(*self._moving), self._rng.gauss(0.0, self.settings.stamp_jitter_s))
 
     # What happens to it ----------------------------------------------------------------------------------------
 
@@ -335,29 +333,33 @@ class SimulatedAwr:
                 axis.halt()
         self._aim()
         self._moving = (False, False)
-        self._say(Override(stopped))
+        self._say(wire.FULL_STOP if stopped else wire.GO_FROM_ES)
 
     def reset(self, cause: str = "watchdog") -> None:
         """Begin anew, by `watchdog`, `MCLR` or `brownout`: the motors stand, and soft writes are lost."""
+        self.switched_on()
+        self._say(wire.ERRORS[_RESETS[cause]])
+
+    def switched_on(self) -> None:
+        """Begin anew after its power was cut: the same, and nothing is told."""
         self.ram, self.keys, self.speed, self.relays = dict(self.lasting), [0, 0], "guide", 0
         self._due.clear()
-        self._packets = Packets()
+        self._coming.clear()
+        self._ear = wire.Ear()
         for axis in self.axes:
             axis.halt()
         self._moving = (False, False)
-        self._say(Error(_RESETS[cause]))
         self._aim()
 
     def levels(self, high: str) -> None:
         """The lines named are high, the others low."""
-        a, b, c, d, e, f = (letter in high for letter in "ABCDEF")
-        if self.version >= 0x0077:
-            self._say(Lines((a, b, c, d, e, f)))
+        if self.version >= _WITH_LINES:
+            self._say(wire.lines(high))
 
     def stand(self) -> None:
         """Its drives are off, as a program has left them that parked it."""
-        for flags in (0x02, 0x04):
-            self.ram[flags] &= ~1
+        for drive in _DRIVES:
+            self.ram[WORDS[drive] + 1] &= ~wire.ENABLE
         self._aim()
         for axis in self.axes:
             axis.halt()
@@ -374,9 +376,9 @@ class SimulatedAwr:
         return self._senses[i] * self.axes[i].position + self._missed[i]
 
     def _sense(self, index: int) -> int:
-        directions = self.ram[0x00]
-        if directions & 1:
-            return -1 if directions & (2 << index) else 1
+        directions = self.ram[wire.DIRECTIONS]
+        if directions & wire.SENSES["dir_sw_override"]:
+            return -1 if directions & wire.SENSES[("sw_ra_sense", "sw_dec_sense")[index]] else 1
         return (self.settings.sense1, self.settings.sense2)[index]
 
     def snapshot(self) -> Mapping[str, object]:

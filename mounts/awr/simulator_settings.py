@@ -36,6 +36,8 @@ class SimulatorSettings:
         How likely text that is no packet follows a packet.
     byte_loss, byte_doubling : float
         How likely a byte, either way, does not come, or comes twice.
+    byte_delay, byte_delay_s : float
+        How likely a byte, either way, comes late with all that is behind it, and by how much.
     reads_ram : bool
         A read with bit 7 of the address tells the word in RAM; else it fails.
     worm_steps : float
@@ -60,6 +62,8 @@ class SimulatorSettings:
     debug: float = 0.0
     byte_loss: float = 0.0
     byte_doubling: float = 0.0
+    byte_delay: float = 0.0
+    byte_delay_s: float = 0.05
     reads_ram: bool = True
     worm_steps: float = 0.0
     seed: int = 1

@@ -23,6 +23,10 @@ TURNED_BACK = (
     "the clock of this computer reads {:.0f} s earlier than when the position was kept, so it was or is wrong: "
     "set it, then `sync` on a known star"
 )
+STEPPED = (
+    "the clock of the computer was set by {:+.1f} s while keys were held, which were released; check the time "
+    "service, then `sync` on a known star"
+)
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
 UNTOLD = (
     "this unit does not tell what its RAM holds, so nobody knows whether it was switched off while no program "

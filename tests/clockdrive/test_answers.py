@@ -12,7 +12,7 @@ from orbit import Overhead
 from telescope_bench import T0, star_at, telescope
 
 from clockdrive.answers import Answer, observed
-from clockdrive.figures import velocity_register
+from clockdrive.drives.tc410.figures import velocity_register
 from clockdrive.refusal import refusal
 from clockdrive.utc import utc
 

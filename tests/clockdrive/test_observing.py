@@ -195,7 +195,7 @@ def test_a_run_that_is_resumed_under_a_closed_sky_ends_early_too_though_stars_we
 def test_what_was_seen_is_kept_though_another_process_holds_the_file_meanwhile(scope, tmp_path, monkeypatch):
     """Another process begins to write before place 4 is written, and goes on for half a minute of this clock."""
     other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None, check_same_thread=False)
-    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.01)
+    monkeypatch.setattr("clockdrive.telescope.looking._PATIENCE_S", 0.01)
     held = []
 
     def cycle(usual=scope._session.cycle):
@@ -218,7 +218,7 @@ def test_what_was_seen_is_kept_though_another_process_holds_the_file_meanwhile(s
 
 
 def test_a_file_that_stays_held_ends_the_run_with_the_remedy_and_the_telescope_at_rest(scope, tmp_path, monkeypatch):
-    monkeypatch.setattr("clockdrive.telescope._PATIENCE_S", 0.001)
+    monkeypatch.setattr("clockdrive.telescope.looking._PATIENCE_S", 0.001)
     other = sqlite3.connect(tmp_path / FILE_NAME, isolation_level=None)
     with pytest.raises(StateError, match=r"another process has held it .*: end that one"):
         scope.pointing_run(N, name="held", watch=Told((4, "looking"), lambda: other.execute("BEGIN IMMEDIATE")))

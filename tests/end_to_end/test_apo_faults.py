@@ -10,7 +10,9 @@ from dataclasses import replace
 
 import pytest
 from apo_bench import APACHE_POINT, MIDNIGHT
+from apo_dry import Exchange, could_have_been_given
 from apo_fault_bench import ApoLine, FaultWitness, seeded_events
+from faults import Fault
 from rotator_bench import across_the_field
 from telescope_bench import star_at
 
@@ -31,6 +33,7 @@ REMEDY = re.compile(
 SETTLED_ARCSEC = 0.1
 SHORT_ARCSEC = (0.0, 5.0, 60.0, 3600.0)
 ROTATED_DEG = 1e-4  # by which what is said of the rotator may be off
+NEAR_PARK = (5.0, 48.0)  # azimuth and altitude
 
 
 class Run:
@@ -255,3 +258,71 @@ def test_every_axis_is_halted_or_tracking_and_no_position_silently_wrong_whateve
     print(f"{ways} short ways; {excused} paths ran out while no node could have come")
     print(f"worst |reported − true| {worst[0]:.6f}°, stated ±{worst[1]:.6f}°; a star 1° off the axis {field:.4f}″")
     assert not broken
+
+
+def _dry_by_a_lossy_line(kind, seed, folder, spoil):
+    """Track a star over lines that lose half of all answers, the driver spoilt; return what the witness says."""
+    lines = []
+
+    def line(device):
+        lines.append(ApoLine(device, seed))
+        return lines[-1]
+
+    overrides = {**APACHE_POINT, "state.path": str(folder), "limits.sun_avoidance_deg": 0.0}
+    with Telescope.simulated(kind, clock=VirtualClock(MIDNIGHT), overrides=overrides, line=line) as scope:
+        witness = FaultWitness(scope, lines)
+        witness.t0 = MIDNIGHT
+        scope.goto(star_at(scope, *NEAR_PARK, MIDNIGHT + 10.0))
+        scope.wait(5.0)
+        spoil(scope._session.drive._follower)
+        for each in lines:
+            each.go_wrong(Fault.DROP, 0.5)
+        scope.wait(20.0)
+        for each in lines:
+            each.be_whole()
+        witness.check_dry()
+        return witness
+
+
+def _forget_altitude(follower):
+    """Let a driver give the altitude axis no node any more."""
+    lacks = follower._lacks
+    follower._lacks = lambda i, *times: i != 1 and lacks(i, *times)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("apo", 0), ("sdss", 3)])
+def test_a_driver_that_forgets_an_axis_is_caught_though_every_other_answer_is_lost(kind, seed, tmp_path):
+    forgetful = _dry_by_a_lossy_line(kind, seed, tmp_path / "forgetful", _forget_altitude)
+    ours = _dry_by_a_lossy_line(kind, seed, tmp_path / "ours", lambda _: None)
+    print(f"{kind}: forgetful {forgetful.broken}, excused {forgetful.excused}; ours {ours.broken}, {ours.excused}")
+    assert any("axis 2 ran dry" in text for text in forgetful.broken)
+    assert not ours.broken
+
+
+_LOOKS = [(second, "STATUS") for second in range(12)]
+_TRIES = [*_LOOKS, (3.5, "MOVE"), (8.5, "MOVE")]
+_FLUSHED = [*_LOOKS[:2], (9.9, "DRIFT"), (10.0, "MOVE"), (11.0, "MOVE")]
+_CASES = {
+    "it is only looked at": (_LOOKS, "nothing", True),
+    "two nodes are eaten, between looks that come": (_TRIES, "nodes", True),
+    "two nodes are eaten, and two of three looks": (_TRIES, "most", False),
+    "one is eaten long ago, and nobody tries again": ([*_LOOKS, (-3.0, "MOVE")], "most", True),
+    "another host has it": (_TRIES, "all", False),
+    "another host has it until six seconds before": (_TRIES, "early", True),
+    "it is flushed, and then all is eaten": (_FLUSHED, "nodes", False),
+}
+_EATS = {
+    "nothing": lambda *_: False,
+    "nodes": lambda _, command: command == "MOVE",
+    "most": lambda time, command: command == "MOVE" or time % 3,
+    "all": lambda *_: True,
+    "early": lambda time, _: time < 6.0,
+}
+
+
+@pytest.mark.parametrize("case", _CASES)
+def test_a_path_that_ran_out_is_excused_by_what_the_line_ate_only(case):
+    said, eats, guilty = _CASES[case]
+    eaten = _EATS[eats]
+    exchanges = [Exchange(time, command, eaten=bool(eaten(time, command))) for time, command in sorted(said)]
+    assert could_have_been_given(exchanges, 11.9) is guilty

@@ -1,72 +1,64 @@
 """Axis controllers in a person's hands: what they tell, what differs, and commands of their manual."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 from clockdrive.answers import Answer
 from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
-from clockdrive.errors import ArgumentError, InputError, Refused
+from clockdrive.drives.by_hand import ByHand, told
+from clockdrive.errors import ArgumentError, InputError
 from clockdrive.utc import utc
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
     from mounts.apo.clock_setting import ClockSet
     from mounts.apo.connecting import Setting
+    from mounts.apo.drive import ApoDrive
 
-T = TypeVar("T")
-SETS_CLOCKS = "it sets the clocks of all controllers by their own NTP server, at rest: confirm it with --yes"
+_SETS_CLOCKS = "it sets the clocks of all controllers by their own NTP server, at rest: confirm it with --yes"
 _ASKING = frozenset({"STATUS", "ID", "HELP", "MS.DUMP"})
 _SECTION_OF = dict(zip(NAMES, ("axis1", "axis2", "rotator"), strict=True))
 
 
-@runtime_checkable
-class ByHand(Protocol):
-    """A drive that takes commands by hand."""
+class ApoByHand(ByHand):
+    """What controllers tell, what differs, commands of their manual, and their clocks."""
 
-    def registers(self) -> Mapping[str, str]:
-        """Everything that it tells."""
-        ...
+    instead = ", `drive raw AXIS COMMAND` gives a controller a command, as MAXV, SET.LIMITS or MS.DUMP"
 
-    def differences(self) -> "Sequence[Setting]":
-        """What it holds otherwise than configured."""
-        ...
+    @property
+    def _drive(self) -> "ApoDrive":
+        return cast("ApoDrive", self.at_rest.session.drive)
 
-    def by_hand(self, name: str, text: str) -> "Given":
-        """Give a command to the axis of this name."""
-        ...
+    def show(self, names: Sequence[str]) -> Answer:
+        """What the controllers tell, all or what a name is part of; an axis by any of its names."""
+        return told(self._drive.registers(), [_controller(name) for name in names])
 
-    def set_clocks(self, time: float) -> "Sequence[ClockSet]":
-        """Have the clocks of all controllers set."""
-        ...
+    def diff(self) -> Answer:
+        """What the controllers hold otherwise than the configuration, with the key that says it."""
+        configuration = self.at_rest.configuration
+        return Answer({"ok": True, "differences": [_told(each, configuration) for each in self._drive.differences()]})
 
+    def raw(self, axis: str, text: str, *, confirmed: bool) -> Answer:
+        """Give a controller a command; risks are confirmed."""
+        given = given_by_hand(self._drive, axis, text, confirmed=confirmed, within=self.at_rest.changing)
+        self.at_rest.session.note("drive", f"{axis}: {given['command']}")
+        return given
 
-def told(registers: Mapping[str, str], names: Sequence[str]) -> Answer:
-    """What the controllers tell, all or what a name is part of.
-
-    Raises
-    ------
-    Refused
-        Nothing has this name.
-    """
-    parts = [_controller(name) for name in names]
-    found = {name: text for name, text in registers.items() if not parts or any(part in name for part in parts)}
-    if not found:
-        raise Refused(f"nothing is called {names[0]!r}; there is {', '.join(registers)}")
-    groups = {name: name.partition(" ")[0] if " " in name else "" for name in found}
-    rows = {name: {"group": groups[name], "text": text, "raw": []} for name, text in found.items()}
-    return Answer({"ok": True, "registers": rows})
-
-
-def differing(drive: ByHand, configuration: Configuration) -> Answer:
-    """What the controllers hold otherwise than the configuration, with the key that says it."""
-    return Answer({"ok": True, "differences": [_told(each, configuration) for each in drive.differences()]})
+    def set_clocks(self, *, confirmed: bool) -> Answer:
+        """Have the controllers set their clocks by NTP, at rest, and measure them afterwards."""
+        if not confirmed:
+            raise InputError(f"`drive set-time`: {_SETS_CLOCKS}")
+        session, drive = self.at_rest.session, self._drive
+        answer = clocks_answer(self.at_rest.changing(lambda: drive.set_clocks(session.clock.now())))
+        session.note("drive", answer["note"])
+        return answer
 
 
 def given_by_hand(
-    drive: ByHand, axis: str, text: str, *, confirmed: bool, within: "Callable[[Callable[[], Given]], Given]"
+    drive: "ApoDrive", axis: str, text: str, *, confirmed: bool, within: "Callable[[Callable[[], Given]], Given]"
 ) -> Answer:
     """Give a command; one that changes anything `within` what sees to it that the telescope is at rest.
 

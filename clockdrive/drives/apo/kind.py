@@ -11,6 +11,8 @@ from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.drives.apo.by_hand import ApoByHand
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from mounts.apo.controller import AxisSelect
     from mounts.apo.drive import ApoDrive
@@ -94,6 +96,13 @@ def simulated(
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
     """What the driver of a simulator never used before remembers: it is synchronised, at park."""
     return {"unsynchronised": "", "position": list(park_degrees(configuration)), "time": time}
+
+
+def by_hand(at_rest: "AtRest") -> "ApoByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.apo.by_hand import ApoByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return ApoByHand(at_rest)
 
 
 def _lines(configuration: Configuration, clock: "Clock") -> "list[Line]":

@@ -1,13 +1,14 @@
 """A stepper box in a person's hands: its PEC bin and zero, all that can be set and read back, and its encoders."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, cast
 
 from clockdrive.answers import Answer
+from clockdrive.drives.by_hand import ByHand
 from clockdrive.errors import InputError, Refused
 
 if TYPE_CHECKING:
+    from mounts.avr_box.drive import AvrBoxDrive
     from mounts.avr_box.encoders import EncoderSeen
     from pointing.plan import Axis
     from pointing.planner import Planner
@@ -15,24 +16,25 @@ if TYPE_CHECKING:
 NAMES = ("pec_bin", "pec_zero")
 
 
-@runtime_checkable
-class HasPec(Protocol):
-    """A drive with a PEC table."""
+class AvrBoxByHand(ByHand):
+    """Its PEC bin and zero, and its encoders."""
 
-    def registers(self) -> Mapping[str, str]:
-        """Everything that it tells."""
-        ...
+    instead = f", `drive set` sets {' and '.join(NAMES)}"
 
-    def set_pec(self, name: str, number: int) -> None:
-        """Set `pec_bin` or `pec_zero`."""
-        ...
+    @property
+    def _drive(self) -> "AvrBoxDrive":
+        return cast("AvrBoxDrive", self.at_rest.session.drive)
 
-    def encoders_seen(self) -> "Sequence[EncoderSeen]":
-        """Ask the encoders; none where none are fitted."""
-        ...
+    def set(self, name: str, value: float | str, *, force: bool) -> Answer:  # noqa: ARG002 - nothing is risky
+        """Set the PEC bin or zero."""
+        return self.at_rest.changing(lambda: pec_set(self._drive, name, value))
+
+    def encoders(self) -> Answer:
+        """Return what the encoders read, and where they say that the axes are."""
+        return encoders_answer(self._drive, self.at_rest.session.planner)
 
 
-def pec_set(drive: HasPec, name: str, value: float | str) -> Answer:
+def pec_set(drive: "AvrBoxDrive", name: str, value: float | str) -> Answer:
     """Set one of them and read it back.
 
     Raises
@@ -52,7 +54,7 @@ def pec_set(drive: HasPec, name: str, value: float | str) -> Answer:
     return Answer({"ok": True, "registers": {name: row}, "before": before, "note": ""})
 
 
-def encoders_answer(drive: HasPec, planner: "Planner") -> Answer:
+def encoders_answer(drive: "AvrBoxDrive", planner: "Planner") -> Answer:
     """What the encoders read, and where they say that the axes are.
 
     Raises

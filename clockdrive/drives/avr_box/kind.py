@@ -5,11 +5,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives.avr_box.figures import AvrBoxWords
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
 from pointing.plan import Axis, ShortMoves, Timing, Trims
 
 if TYPE_CHECKING:
+    from clockdrive.drives.avr_box.by_hand import AvrBoxByHand
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from mounts.avr_box.drive import AvrBoxDrive
     from mounts.avr_box.simulator import SimulatedAvrBox
@@ -30,6 +33,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             units="microsteps",
             trims=_trims(configuration) if i == 0 else None,
             short_moves=ShortMoves(math.radians(MOST_BESIDE_ARCSEC_S / 3600.0), LAGS_S[i]),
+            words=AvrBoxWords(),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
@@ -99,3 +103,10 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
     from mounts.avr_box.memory import at_park  # noqa: PLC0415 - as in `drive`
 
     return at_park(park_counts(configuration), time, meaning(configuration))
+
+
+def by_hand(at_rest: "AtRest") -> "AvrBoxByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.avr_box.by_hand import AvrBoxByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return AvrBoxByHand(at_rest)

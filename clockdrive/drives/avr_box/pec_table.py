@@ -28,7 +28,7 @@ def pec_table(
     Raises
     ------
     InputError
-        The configuration is of another drive; a picture cannot be drawn.
+        A picture cannot be drawn.
     PecError
         The file cannot be read, or no table can be made of it.
     """
@@ -36,8 +36,6 @@ def pec_table(
     from mounts.avr_box.settings import SIDEREAL_DAY_S  # noqa: PLC0415 - likewise
     from mounts.avr_box.timers import TICK_S, tracking_rate  # noqa: PLC0415 - likewise
 
-    if configuration.drive.kind != "avr-box":
-        raise InputError(f'[drive] kind = "{configuration.drive.kind}" has no PEC table; an avr-box has')
     axis = axes_of(configuration)[0]
     turn = steps_per_turn(axis)
     arcsec, rate = _ARCSEC_PER_TURN / turn, turn / SIDEREAL_DAY_S

@@ -20,7 +20,7 @@ class AvrDrive(DriveSection):
     pec: bool
     encoder_counts_per_turn: int
     max_uninterruptible_s: float
-    slew_table: Path | None
+    slew_table: Path | Literal["standard"] | None
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,10 @@ class AvrSimulator(SimulatorSection):
     busy: Literal["restart", "ignore"]
     lost_steps: float
     encoder_counts_per_turn: int
-    slew_table: Path | None
+    slew_table: Path | Literal["standard"] | None
+    table_clocks: Literal["byte+1", "byte"]
+    fine_compare: int
+    interrupted: Literal["lost", "kept"]
     index_pulse: bool
 
 

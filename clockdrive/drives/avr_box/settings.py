@@ -80,10 +80,10 @@ def simulated_slew_table(configuration: Configuration) -> tuple[int, ...]:
     return slew_table(configuration) if path is None else _table(configuration, "simulator.slew_table", path)
 
 
-def _table(configuration: Configuration, key: str, path: Path | None) -> tuple[int, ...]:
+def _table(configuration: Configuration, key: str, path: Path | str | None) -> tuple[int, ...]:
     from mounts.avr_box.slew_table import SlewTableError, read_slew_table, standard  # noqa: PLC0415 - by kind
 
-    if path is None:
+    if not isinstance(path, Path):
         return standard()
     try:
         return read_slew_table(path)

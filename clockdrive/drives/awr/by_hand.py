@@ -1,49 +1,71 @@
 """`drive set`, `diff`, `save`, `reload` and `raw` of an AWR Microstep."""
 
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, cast
 
 from clockdrive.answers import Answer
+from clockdrive.direct_speed import check_way
+from clockdrive.drives.by_hand import ByHand
 from clockdrive.errors import InputError
 from mounts.awr.commands import RELAYS
 from mounts.awr.errors import AwrError
 from mounts.awr.registers import by_name, shown, value_of
 
+if TYPE_CHECKING:
+    from mounts.awr.drive import AwrDrive
+
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
+_CONFIRM_DISCARD = "what was written in RAM and not committed is lost: confirm it with --yes"
 IN_RAM = "in RAM only: `drive save` commits it to the non-volatile memory, `drive reload` discards it"
 _RAW = "a key is held so: `drive raw axis1 LEFT guide 0.5`, or RIGHT; UP or DOWN of axis2"
 
 
-@runtime_checkable
-class HasWords(Protocol):
-    """A drive with the words and keys of an AWR Microstep."""
+class AwrByHand(ByHand):
+    """Its words, relays and keys."""
 
-    def soft_write(self, name: str, value: int) -> str:
-        """Write a word in RAM; return what it was."""
-        ...
+    @property
+    def _drive(self) -> "AwrDrive":
+        return cast("AwrDrive", self.at_rest.session.drive)
 
-    def commit(self) -> tuple[str, ...]:
-        """Have what was written kept for good; return the names."""
-        ...
+    def set(self, name: str, value: float | str, *, force: bool) -> Answer:  # noqa: ARG002 - nothing is risky
+        """Switch a relay, at any time; or write a word in RAM, at rest."""
+        relay = relay_of(name)
+        if relay is None:
+            answer = self.at_rest.changing(lambda: word_set(self._drive, name, value))
+        else:
+            answer = relay_set(self._drive, relay, value)
+        self.at_rest.session.note("drive", f"{name} set to {value}")
+        return answer
 
-    def discard(self) -> None:
-        """Have soft writes forgotten."""
-        ...
+    def diff(self) -> Answer:
+        """What RAM holds otherwise than the non-volatile memory."""
+        return differing(self._drive)
 
-    def switch_relay(self, number: int, *, on: bool) -> None:
-        """Switch a relay."""
-        ...
+    def raw(self, axis: str, text: str, *, confirmed: bool) -> Answer:  # noqa: ARG002 - its way is checked
+        """Hold a key for a time, if its way is allowed."""
+        drive, session, (name, speed, seconds) = self._drive, self.at_rest.session, key_of(axis, text)
 
-    def way_of(self, name: str, speed: str, seconds: float) -> tuple[float, float]:
-        """By how many steps a key for a time moves either axis."""
-        ...
+        def work() -> dict[str, Any]:
+            one, two = drive.way_of(name, speed, seconds)
+            session.poll()
+            first, second = (each.gearing.counts_per_radian * seconds for each in session.planner.axes)
+            check_way(session, (one / first, two / second), seconds, f"{name} at {speed} speed")
+            return pressed(drive, name, speed, seconds)
 
-    def press(self, name: str, speed: str, seconds: float) -> None:
-        """Hold a key for a time."""
-        ...
+        given = self.at_rest.changing(work)
+        session.note("drive", given["command"])
+        return Answer(given)
 
-    def differing(self) -> dict[str, tuple[int, int]]:
-        """Words that RAM holds otherwise than the non-volatile memory: this and that."""
-        ...
+    def save(self) -> Answer:
+        """Have what was written in RAM kept for good."""
+        names = self.at_rest.changing(self._drive.commit)
+        return self.at_rest.done(f"committed to the non-volatile memory: {', '.join(names)}")
+
+    def reload(self, *, confirmed: bool) -> Answer:
+        """Have what was written in RAM forgotten."""
+        if not confirmed:
+            raise InputError(_CONFIRM_DISCARD)
+        self.at_rest.changing(self._drive.discard)
+        return self.at_rest.done("the soft writes are discarded")
 
 
 def relay_of(name: str) -> int | None:
@@ -62,7 +84,7 @@ def relay_of(name: str) -> int | None:
     return int(digits)
 
 
-def relay_set(drive: HasWords, number: int, value: float | str) -> Answer:
+def relay_set(drive: "AwrDrive", number: int, value: float | str) -> Answer:
     """Switch a relay.
 
     Raises
@@ -78,7 +100,7 @@ def relay_set(drive: HasWords, number: int, value: float | str) -> Answer:
     return _answer(f"relay_{number}", text, "", "")
 
 
-def word_set(drive: HasWords, name: str, value: float | str) -> Answer:
+def word_set(drive: "AwrDrive", name: str, value: float | str) -> Answer:
     """Write a word in RAM.
 
     Raises
@@ -91,7 +113,7 @@ def word_set(drive: HasWords, name: str, value: float | str) -> Answer:
     return _answer(register.name, shown(register, number), before, IN_RAM)
 
 
-def differing(drive: HasWords) -> Answer:
+def differing(drive: "AwrDrive") -> Answer:
     """What RAM holds otherwise than the non-volatile memory."""
     rows = [
         {
@@ -125,7 +147,7 @@ def key_of(axis: str, text: str) -> tuple[str, str, float]:
     return words[0].upper(), words[1].lower(), seconds
 
 
-def pressed(drive: HasWords, key: str, speed: str, seconds: float) -> dict[str, Any]:
+def pressed(drive: "AwrDrive", key: str, speed: str, seconds: float) -> dict[str, Any]:
     """Hold a key for a time; whoever calls has seen that its way is allowed."""
     drive.press(key, speed, seconds)
     said = f"{key} was held at {speed} speed for {seconds:g} s"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.clock import SystemClock
 from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
+from clockdrive.drives.awr.figures import AwrWords
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
 from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
 from clockdrive.drives.kind import DEAD_MAN_LOG
@@ -14,6 +15,8 @@ from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.drives.awr.by_hand import AwrByHand
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from mounts.awr.beside import Guardian
     from mounts.awr.drive import AwrDrive
@@ -35,6 +38,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
+            words=AwrWords(),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
@@ -123,3 +127,10 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
     seen = alike and not unit.reversed1, alike and not unit.reversed2
     shown = Shown(settings(configuration).assumed, seen)
     return at_park(park_counts(configuration), time, meaning(configuration), shown)
+
+
+def by_hand(at_rest: "AtRest") -> "AwrByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.awr.by_hand import AwrByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return AwrByHand(at_rest)

@@ -42,6 +42,8 @@ class AwrSimulatorSection(SimulatorSection):
     debug: float
     byte_loss: float
     byte_doubling: float
+    byte_delay: float
+    byte_delay_s: float
     reads_ram: bool
 
 

@@ -52,6 +52,8 @@ def _settings(configuration: Configuration) -> SimulatorSettings:
         debug=section.debug,
         byte_loss=section.byte_loss,
         byte_doubling=section.byte_doubling,
+        byte_delay=section.byte_delay,
+        byte_delay_s=section.byte_delay_s,
         reads_ram=section.reads_ram,
         worm_steps=per_degree[0] * 360.0 / _WORM_TURNS,
         seed=section.seed,

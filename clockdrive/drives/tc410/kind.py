@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
+from clockdrive.drives.tc410.figures import Tc410Words
 from clockdrive.drives.tc410.gears import gearings, park_counts
 from clockdrive.drives.tc410.registers import completed_from, registers
 from clockdrive.drives.tc410.sections import drive_of
@@ -15,7 +16,9 @@ from clockdrive.errors import ConfigurationError
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
+    from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
+    from clockdrive.drives.tc410.by_hand import Tc410ByHand
     from mounts.tc410.direct import Guardian
     from mounts.tc410.drive import TC410
     from mounts.tc410.simulator import SimulatedTC410
@@ -30,7 +33,8 @@ _SILENCE_S = 0.7  # more than the exchange of one register takes on a slow line,
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Gearing and travel of both axes; the travel is what the soft limit registers can hold."""
     one, two = (
-        Axis(f"axis{i + 1}", gearing, *travel(configuration, i)) for i, gearing in enumerate(gearings(configuration))
+        Axis(f"axis{i + 1}", gearing, *travel(configuration, i), words=Tc410Words())
+        for i, gearing in enumerate(gearings(configuration))
     )
     return one, two
 
@@ -117,3 +121,10 @@ def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, 
 def memory_at_park(configuration: Configuration, time: float) -> dict[str, object]:
     """What the driver of a simulator never used before remembers: it is synchronised, at park."""
     return {"unsynchronised": "", "position": [float(counts) for counts in park_counts(configuration)], "time": time}
+
+
+def by_hand(at_rest: "AtRest") -> "Tc410ByHand":
+    """The drive in a person's hands."""
+    from clockdrive.drives.tc410.by_hand import Tc410ByHand  # noqa: PLC0415 - only where somebody takes it
+
+    return Tc410ByHand(at_rest)

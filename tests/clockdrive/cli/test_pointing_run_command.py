@@ -38,7 +38,7 @@ def run(tmp_path, monkeypatch, capsys):
     (tmp_path / "telescope.toml").write_text(CONFIGURATION, encoding="utf-8")
     monkeypatch.setenv("CLOCKDRIVE_STATE__PATH", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("clockdrive.telescope.SystemClock", lambda: clock)
+    monkeypatch.setattr("clockdrive.telescope.parts.SystemClock", lambda: clock)
 
     def runs(*words, command="pointing-run"):
         code = main(["-c", "telescope.toml", command, *words])

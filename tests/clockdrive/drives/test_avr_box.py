@@ -16,7 +16,6 @@ from clockdrive.drives import kind_of
 from clockdrive.drives.avr_box.sections import axes_of
 from clockdrive.drives.avr_box.settings import baud, gearings, park_counts, settings, worm_steps
 from clockdrive.errors import ConfigurationError
-from clockdrive.figures import register
 from transports.serve import serve
 
 
@@ -109,7 +108,7 @@ def test_the_command_makes_a_pec_table_of_a_file_and_draws_it(tmp_path, capsys):
 )
 def test_a_plan_shows_for_how_long_it_is_guided_and_what_short_moves_add(turned, of_sidereal, duty, moves):
     axis = kind_of(configured(axis1__reversed=turned)).axes(configured(axis1__reversed=turned))[0]
-    shown = register(axis, of_sidereal * math.tau / 86164.0905)
+    shown = axis.words.of_rate(axis, of_sidereal * math.tau / 86164.0905)
     assert shown["guide_duty"] == pytest.approx(duty, abs=1e-3)
     assert shown["short_moves_counts_s"] == pytest.approx(-moves if turned else moves, abs=0.06)
 
@@ -132,18 +131,18 @@ def test_a_plan_shows_its_moves_its_commands_and_what_they_cost(tmp_path, capsys
 
 def test_the_commands_of_a_rate_are_shown():
     one, two = kind_of(configured()).axes(configured())
-    shown = register(one, math.tau / 86164.0905)
+    shown = one.words.of_rate(one, math.tau / 86164.0905)
     assert (shown["guide_command"], shown["guide_ticks"], shown["guide_every_s"]) == (
         "+",
         5,
         20.0,
     )  # 0.115 · 20 / 0.462
-    assert register(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
-    assert register(two, math.tau / 86164.0905 / 100.0) == {
+    assert one.words.of_rate(one, 0.99 * math.tau / 86164.0905)["guide_command"] == "-"
+    assert two.words.of_rate(two, math.tau / 86164.0905 / 100.0) == {
         "single_step_every_s": pytest.approx(0.7217, abs=1e-3),
         "lag_arcsec": pytest.approx(0.165, abs=0.01),
     }
-    assert register(two, math.radians(31.0 / 3600.0))["lag_arcsec"] is None
+    assert two.words.of_rate(two, math.radians(31.0 / 3600.0))["lag_arcsec"] is None
 
 
 @pytest.fixture

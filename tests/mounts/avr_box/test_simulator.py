@@ -78,6 +78,46 @@ def test_a_slew_of_axis_1_suspends_its_tracking():
     assert unit.true_position(1) == pytest.approx(-204800 + 276.548673 * (100.0 - slewed_s), abs=30.0)
 
 
+@pytest.mark.parametrize(
+    ("changes", "seconds"),
+    [
+        ({}, 2 * 100 * 2 * 256 * 256 / 16e6),  # 100 steps up and 100 down, each two counts of 256 clocks of 62.5 kHz
+        ({"table_clocks": "byte"}, 2 * 100 * 2 * 255 * 256 / 16e6),
+    ],
+)
+def test_the_steps_of_a_slew_last_by_the_law_of_its_bytes(changes, seconds):
+    unit = plain(slew_table=(255,) * 1024, **changes)
+    unit.receive(b"M\xc8\x00\x00\x00\x02", T0)
+    unit.advance(T0 + seconds - 1e-3)
+    assert unit.moving[1]
+    unit.advance(T0 + seconds + 1e-6)
+    assert unit.moving == (False, False)
+
+
+@pytest.mark.parametrize(("compare", "seconds"), [(255, 0.8192), (63, 0.2048)])
+def test_single_microsteps_go_by_the_compare_value_of_their_timer(compare, seconds):
+    unit = plain(fine_compare=compare)
+    unit.receive(b">\x64", T0)
+    unit.advance(T0 + seconds - 1e-3)
+    assert unit.true_position(2) == 99
+    unit.advance(T0 + seconds + 1e-6)
+    assert unit.true_position(2) == 100
+
+
+@pytest.mark.parametrize(("interrupted", "later"), [("lost", 0.999), ("kept", 0.099)])
+def test_the_microstep_that_a_slew_interrupts_is_lost_or_kept(interrupted, later):
+    unit, step = plain(interrupted=interrupted), 1.0 / 276.548673
+    begin, ends = (
+        0.9 * step,
+        2 * 2 * 256 * 256 / 16e6 / 2,
+    )  # one microstep up and one down, at a prescaler of 128
+    unit.receive(b"M\x02\x00\x00\x00\x00", T0 + begin)
+    unit.advance(T0 + begin + ends + later * step)
+    assert unit.true_position(1) == 2
+    unit.advance(T0 + begin + ends + (later + 0.003) * step)
+    assert unit.true_position(1) == 3
+
+
 def test_half_a_command_waits_for_the_rest_for_ever():
     unit = plain()
     assert unit.receive(b"M\x0a\x00", T0) == b""

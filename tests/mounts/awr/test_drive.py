@@ -11,7 +11,6 @@ from awr_bench import SETTINGS, SIDEREAL, STILL, Bench, Line
 
 from mounts.awr.errors import AwrError
 from mounts.awr.factory import factory
-from mounts.awr.messages import Error
 from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
@@ -91,7 +90,7 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
 
 def test_without_a_dead_man_no_key_is_pressed():
     bench = Bench()
-    bench.drive._beside._guardian = None
+    bench.drive._parts.beside._guardian = None
     bench.connect()
     with pytest.raises(DriveRefused, match="dead-man process must stand beside"):
         bench.slew(1e4, 0.0)
@@ -228,7 +227,7 @@ def test_a_division_names_the_register_written_last():
     bench = Bench()
     bench.connect()
     bench.drive.words.soft_write(by_name("guide_left_counts"), 20)
-    bench.awr._say(Error("9"))
+    bench.awr._say("e9")
     bench.clock.sleep(0.1)
     reading = bench.read()
     assert "guide_left_counts (09)" in reading.alarms[0]

@@ -225,3 +225,28 @@ def test_the_wear_of_a_night_of_keys_and_soft_writes_is_none():
         ask(awr, rng.choice(("1", "2", "5", "6", "7", "8", "A", "81A000", "820403", "D")), T0 + i)
     assert not awr.wear
     assert math.isfinite(awr.true_position(1))
+
+
+def test_bytes_come_late_either_way_in_their_order_and_none_is_lost():
+    for seed in range(20):
+        awr = unit(byte_delay=0.2, byte_delay_s=0.03, seed=seed)
+        come = [(T0, awr.receive(b":FF?#:7#", T0)), (T0, awr.receive(b":1#", T0))]
+        while (said := awr.says(T0 + 5.0)) is not None:
+            come.append(said)
+        texts = [packet.text for packet in Packets().feed(b"".join(data for _, data in come), 0.0)]
+        assert [text for text in texts if text != "X01"] == ["FF?0077", "Y", "Y"]
+        assert texts.count("X01") == 1
+        assert [at for at, _ in come] == sorted(at for at, _ in come)
+        assert come[-1][0] > T0
+        assert awr.keys == [0, 1]
+
+
+def test_when_its_power_was_cut_it_begins_anew_and_tells_nothing():
+    awr = unit()
+    for body in ("1", "9", "812328", "F21"):
+        ask(awr, body, T0)
+    awr.advance(T0 + 3.0)
+    events(awr, T0 + 3.0)
+    awr.switched_on()
+    assert (awr.keys, awr.speed, awr.relays, awr.ram) == ([0, 0], "guide", 0, awr.lasting)
+    assert not events(awr, T0 + 3.0)

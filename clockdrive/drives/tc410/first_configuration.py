@@ -2,6 +2,7 @@
 
 from clockdrive.configuration import load
 from clockdrive.configuration_file import commented_template
+from clockdrive.configuration_keys import READABLE
 from clockdrive.drives.tc410.registers import keys_from, registers_of, travel_from
 from clockdrive.errors import InputError
 from mounts.tc410.startup import identify
@@ -23,7 +24,7 @@ def commented_from(link: str, clock: Clock) -> str:
     """
     if link == "sim:":
         raise InputError("init --from sim: the embedded simulator has no registers of its own; give a link")
-    values: dict[str, object] = {"drive.kind": "tc410", "drive.link": link}
+    values: dict[str, object] = {"drive.kind": READABLE, "drive.link": link}
     load(None, {}, values)
     unit = Unit(ModbusAscii(lambda: open_link(link, clock), clock))
     try:
@@ -32,4 +33,4 @@ def commented_from(link: str, clock: Clock) -> str:
         values |= travel_from(load(None, {}, values), registers_of(unit))
     finally:
         unit.close()
-    return commented_template("tc410", values=values)
+    return commented_template(READABLE, values=values)

@@ -1,0 +1,160 @@
+"""Whether a unit is still as it was left: its words, its cookie, its override, and what it is after a reset."""
+
+import math
+
+from mounts.awr.messages import Override
+from mounts.awr.parts import Parts
+from mounts.awr.registers import BY_NAME
+from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, UNTOLD
+from mounts.awr.unit import Happened
+
+_COOKIE_EVERY_S = 10.0
+_TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
+
+
+class Presence:
+    """Knows whether one unit was changed, switched off or reset unseen.
+
+    Parameters
+    ----------
+    parts : Parts
+        The unit.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._asked = -math.inf  # POSIX seconds at which it was seen last
+        self.cookie = parts.kept.cookie
+        """What it was given, to know it again; none when it never was."""
+        self.notes: tuple[str, ...] = ()
+        """What a person should know of it since it was connected."""
+
+    def connected(self, note: str) -> None:
+        """It was identified, with a note on its firmware; nothing else is known yet."""
+        self.notes = (f"firmware {self._parts.unit.version}", *((note,) if note else ()))
+
+    def check_past(self, time: float) -> None:
+        """See whether it is as it was left.
+
+        Raises
+        ------
+        TransportError
+            It does not answer.
+        """
+        parts, kept = self._parts, self._parts.kept
+        lost = parts.supervision.unsynchronised
+        directions, calibration = parts.words.lasting.get(0x00), parts.words.calibration
+        turned, recalibrated = kept.directions not in {None, directions}, kept.calibration not in {None, calibration}
+        if turned or recalibrated:
+            parts.proof.void()
+        if not lost and turned:
+            parts.supervision.lose(_TURNED)
+        if not lost and recalibrated:
+            parts.supervision.lose(RECALIBRATED)
+        if not lost and kept.cookie is not None and not parts.words.tells_ram:
+            parts.supervision.lose(UNTOLD)
+        elif not lost and kept.cookie is not None and not parts.words.is_there(kept.cookie):
+            parts.supervision.lose(SWITCHED)
+        away = time - kept.time
+        if away < 0.0:
+            parts.supervision.lose(TURNED_BACK.format(-away))
+        if math.isfinite(away) and away > 0.0 and not parts.supervision.unsynchronised and parts.axes[0].rate:
+            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
+
+    def bake(self) -> None:
+        """Give it a cookie.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            It does not take it, or does not answer.
+        """
+        self.cookie = self._parts.words.bake()
+        self._asked = self._parts.unit.now()
+
+    def warn_of_words(self) -> None:
+        """Note what is unusual about its words."""
+        words = self._parts.words
+        plays = [name for name in ("ra_backlash", "dec_backlash") if words.lasting.get(BY_NAME[name].address)]
+        if plays:
+            self.notes = (*self.notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        if wrong := words.usual.contradiction():
+            self.notes = (*self.notes, wrong)
+        if not words.tells_ram:
+            said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
+            self.notes = (*self.notes, said)
+
+    def ask_status(self, time: float) -> None:
+        """Have relays and override told, by a firmware that tells them.
+
+        Raises
+        ------
+        TransportError
+            It does not answer.
+        """
+        status, supervision = self._parts.unit.status(), self._parts.supervision
+        if status is None:
+            return
+        supervision.relays = status.relays
+        if status.override != supervision.stopped:
+            supervision.take([Happened(Override(stopped=status.override), time)])
+            self._parts.drives.held(time, stopped=supervision.stopped)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether nobody has looked at it for a while."""
+        return self._parts.unit.now() - self._asked > _COOKIE_EVERY_S
+
+    def is_lost(self) -> bool:
+        """See whether it was reset unheard, so that its soft writes are gone.
+
+        Raises
+        ------
+        TransportError
+            It does not answer.
+        """
+        words = self._parts.words
+        self._asked = self._parts.unit.now()
+        if words.was_committed():
+            self._parts.supervision.note(COMMITTED)
+        if self.cookie is None or words.is_there(self.cookie):
+            return False
+        self._parts.supervision.lose(SWITCHED)
+        self._parts.supervision.was_reset = True
+        return True
+
+    def began_anew(self) -> None:
+        """After a reset its words are the non-volatile ones, by which axis 1 tracks, and no key is pressed.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            It does not obey, or does not answer.
+        """
+        parts = self._parts
+        # Where it does not obey at once this is done again, and then it is known that they were to rest.
+        parts.drives.resting = parts.drives.resting or not any(axis.rate for axis in parts.axes)
+        parts.words.ram = dict(parts.words.lasting)
+        parts.keys.speed = None
+        now = parts.unit.now()
+        for axis in parts.axes:
+            here = axis.at(now)
+            axis.known(here.counts, now, here.uncertainty)
+        parts.drives.as_the_words_say(now)
+        parts.pace.forget()
+        if parts.drives.resting:
+            parts.drives.rest()
+        self.bake()
+        parts.supervision.was_reset = False
+
+    def follow_clock(self) -> None:
+        """At rest go by the computer's clock as it is set now; the axes are where they were."""
+        parts = self._parts
+        before = parts.unit.now()
+        here = [axis.at(before) for axis in parts.axes]
+        off = parts.unit.follow_clock()
+        if off:
+            for axis, was in zip(parts.axes, here, strict=True):
+                axis.known(was.counts, before + off, was.uncertainty)
+                axis.drives_at(axis.rate, before + off)
+            self._asked += off
