@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Collection
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import NamedTuple
 
 from clockdrive.axis_names import WORDS as AXIS_WORDS
@@ -37,9 +37,11 @@ def parser(words: Collection[str] | None = None) -> argparse.ArgumentParser:
 
 
 class _Version(argparse.Action):
-    """Prints the version, which takes 10 ms to find."""
+    """Prints the version."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib import metadata  # noqa: PLC0415 - 10 ms: only who asks for it pays
+
         print(f"{parser.prog} {metadata.version('clockdrive')}")
         parser.exit()
 
