@@ -82,17 +82,20 @@ class Guard:
     """In place of a dead-man process: remembers what it was told."""
 
     def __init__(self):
-        self.fate, self.armed, self.hasty, self.told = "", False, False, []
+        self.fate, self.armed, self.hasty, self.easy, self.told = "", False, False, False, []
 
     def start(self):
         self.told.append("start")
 
     def arm(self):
-        self.armed, self.hasty = True, False
+        self.armed, self.hasty, self.easy = True, False, False
 
     def hasten(self):
-        self.hasty = True
+        self.hasty, self.easy = True, False
         self.told.append("hasten")
+
+    def ease(self):
+        self.hasty, self.easy = False, True
 
     def beat(self):
         return True

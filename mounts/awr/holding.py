@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
-from mounts.awr.beside import Beside
+from mounts.awr.beside import Attended
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
 from mounts.awr.messages import Backlash, Event, Moving
 from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Unit
-from mounts.errors import DriveError, DriveRefused
+from mounts.errors import DriveError
 from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
@@ -75,7 +75,7 @@ class Holding:
     ----------
     unit : Unit
         The unit.
-    beside : Beside
+    beside : Attended
         Who stands beside a key that is held.
     axes : tuple of AwrAxis
         What the keys move.
@@ -88,7 +88,7 @@ class Holding:
     def __init__(
         self,
         unit: Unit,
-        beside: Beside,
+        beside: Attended,
         axes: tuple[AwrAxis, AwrAxis],
         jitter: Jitter,
         lose: Callable[[str], None],
@@ -375,19 +375,7 @@ class Holding:
         self.let_go()
         for axis, held in self._held.items():
             began = now if held.began is None else held.began.time
-            short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
+            short = Press(held.press.key, max(0.0, now - began))
             held.press = short
             self._axes[axis].press = short
         self.look(math.inf)
-
-    def require_hearing(self) -> None:
-        """The dead-man process lives, and no key is refused.
-
-        Raises
-        ------
-        DriveRefused
-            It does not; all keys were released.
-        """
-        if fate := self._beside.fate:
-            self.let_go()
-            raise DriveRefused(f"the keys were released: {fate}")

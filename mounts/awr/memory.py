@@ -23,7 +23,7 @@ class KeptAxis:
     counts: float
     uncertainty: float
     rate: float = 0.0
-    turned: int = 0
+    side: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _shown(stored: object) -> Shown:
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
     return KeptAxis(
-        number(kept["counts"]), number(kept["uncertainty"]), number(kept["rate"]), int(number(kept["turned"]))
+        number(kept["counts"]), number(kept["uncertainty"]), number(kept["rate"]), number(kept.get("side", 0.0))
     )
 
 

@@ -23,6 +23,7 @@ TURNED_BACK = (
     "the clock of this computer reads {:.0f} s earlier than when the position was kept, so it was or is wrong: "
     "set it, then `sync` on a known star"
 )
+DESERTED = "both drives were switched off, and nobody knows when: {}; `sync` on a known star"
 STEPPED = (
     "the clock of the computer was set by {:+.1f} s while keys were held, which were released; check the time "
     "service, then `sync` on a known star"

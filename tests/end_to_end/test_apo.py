@@ -267,24 +267,37 @@ def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, mo
         assert not witness.dry()
 
 
-@pytest.mark.parametrize("latency_s", [0.001, 0.02])
-def test_an_axis_that_falls_silent_as_a_short_way_begins_leaves_none_to_run_dry(latency_s, tmp_path):
-    with apo_telescope("apo", tmp_path, simulator__latency_s=latency_s) as scope:
-        scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 60.0))
+@pytest.mark.parametrize(
+    ("latency_s", "timeout_s", "falls_silent"),
+    [(0.001, 0.5, "when it was told"), (0.02, 0.5, "when it was told"), (0.02, 1.5, "before it is told")],
+)
+def test_an_axis_that_falls_silent_as_a_short_way_begins_leaves_none_to_run_dry(
+    latency_s, timeout_s, falls_silent, tmp_path
+):
+    with apo_telescope("apo", tmp_path, simulator__latency_s=latency_s, drive__timeout_s=timeout_s) as scope:
+        scope.goto(star_at(scope, 10.0, 50.0, scope.clock.now() + 30.0))
         scope.wait(5.0)
         witness, start, line = ApoWitness(scope), scope._session.drive.start, scope.simulator.lines[1]
-        honest = line.receive
+        honest, silent = line.receive, False
+
+        def received(data, t):
+            nonlocal silent
+            silent |= b"DRIFT" in data and falls_silent == "before it is told"
+            return b"" if silent else honest(data, t)
 
         def started(*arguments):
+            nonlocal silent
             began = start(*arguments)
-            line.receive = lambda *_: b""
+            silent = True
             return began
 
-        scope._session.drive.start = started
+        line.receive, scope._session.drive.start = received, started
         with pytest.raises((TransportError, DriveError, Refused), match="altitude"):
-            scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 10.0))
+            scope.goto(star_at(scope, 10.0, 50.0, scope.clock.now() + 10.0))
         scope.wait(20.0)
         witness.now()
+        print(f"time-out {timeout_s} s, silent {falls_silent}: azimuth dry {scope.simulator.axes[0].record.dry}")
+        assert silent
         assert scope.simulator.axes[0].servo.velocity == 0.0
         assert not scope.simulator.axes[0].record.dry
         line.receive = honest

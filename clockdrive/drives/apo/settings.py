@@ -13,6 +13,7 @@ from pointing.gearing import Gearing
 NAMES = ("azimuth", "altitude", "rotator")
 _SECTIONS = ("axis1", "axis2", "rotator")
 _DEGREE = Fraction(1)
+_ATTEMPTS = 4  # answers waited for before a command is given up
 
 
 def sections(configuration: Configuration) -> tuple[str, ...]:
@@ -44,7 +45,13 @@ def settings(configuration: Configuration) -> ApoSettings:
         stows=bool(values["drive.stow"]),
         together=values["drive.landing"] == "together",
         meaning=_meaning(configuration),
+        call_s=call_s(configuration),
     )
+
+
+def call_s(configuration: Configuration) -> float:
+    """Seconds that a call to a controller may take, with repeating it; the time of the line apart."""
+    return _ATTEMPTS * number(configuration, "drive.timeout_s")
 
 
 def travel(configuration: Configuration, section: str) -> tuple[float, float]:

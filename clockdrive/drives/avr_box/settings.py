@@ -121,6 +121,7 @@ def settings(configuration: Configuration) -> "AvrSettings":
         move_count=drive.move_count,
         axis_bit=drive.axis_bit,
         guide_counts=drive.guide_counts,
+        busy=drive.busy,
         north_reversed=drive.north_reversed,
         pec=drive.pec,
         encoder_counts_per_turn=_encoder_counts(configuration),

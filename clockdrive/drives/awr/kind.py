@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from clockdrive.drives.awr.by_hand import AwrByHand
     from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
-    from mounts.awr.beside import Guardian
     from mounts.awr.drive import AwrDrive
     from mounts.awr.simulator import SimulatedAwr
+    from mounts.beside import Guardian
     from transports.link import Clock
     from transports.memory import Device
 
 _SILENCE_S = 0.7  # of an owner between two looks
+_EASY_S = 10.0  # likewise while only the drives go: 15' at most, at six times sidereal
 _HASTY_S = 0.12  # likewise while a release is near: with what the release takes, less than 0.2 s
 
 
@@ -92,6 +93,7 @@ def drive(
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
             hasty_s=_HASTY_S,
+            easy_s=_EASY_S,
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock

@@ -42,7 +42,15 @@ def settings(configuration: Configuration) -> "AwrSettings":
     from mounts.awr.uncertainty import Jitter  # noqa: PLC0415 - likewise
 
     drive = drive_of(configuration)
-    one, two = steps_per_degree(configuration)
+    one, two = per_degree = steps_per_degree(configuration)
+    sections = axes_of(configuration)
+    play1, play2 = (
+        None if section.backlash_arcsec is None else section.backlash_arcsec / 3600.0 * steps
+        for section, steps in zip(sections, per_degree, strict=True)
+    )
+    sigma1, sigma2 = (
+        section.backlash_sigma_arcsec / 3600.0 * steps for section, steps in zip(sections, per_degree, strict=True)
+    )
     return AwrSettings(
         sidereal_steps_per_s=drive.sidereal_steps_per_s,
         frequency_unit=drive.frequency_unit,
@@ -52,6 +60,8 @@ def settings(configuration: Configuration) -> "AwrSettings":
         near=(one * _NEAR_DEG, two * _NEAR_DEG),
         fastest=(one * FASTEST_DEG_S, two * FASTEST_DEG_S),
         meaning=meaning(configuration),
+        plays=(play1, play2),
+        play_sigmas=(sigma1, sigma2),
     )
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from clockdrive.drives.tc410.by_hand import Tc410ByHand
-    from mounts.tc410.direct import Guardian
+    from mounts.beside import Guardian
     from mounts.tc410.drive import TC410
     from mounts.tc410.simulator import SimulatedTC410
     from mounts.tc410.unit import Unit
