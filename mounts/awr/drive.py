@@ -94,7 +94,7 @@ class AwrDrive:
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
         one, two = (
-            AwrSlewModel(self.ladder, i, self._parts.pace.resting_ladder, rate)
+            AwrSlewModel(self.ladder, i, self._parts.pace.resting_ladder, rate, self.axes[i].play.steps)
             for i, rate in enumerate(self.words.usual.drives)
         )
         return one, two
@@ -119,7 +119,7 @@ class AwrDrive:
         """Position, rates, cookie, delays."""
         now, kept = self.unit.now(), self._parts.kept
         one, two = (
-            KeptAxis(state.counts, state.uncertainty, axis.rate, axis.turned)
+            KeptAxis(state.counts, state.uncertainty, axis.rate, axis.side(now))
             for axis, state in ((axis, axis.at(now)) for axis in self.axes)
         )
         return Kept(

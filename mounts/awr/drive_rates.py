@@ -87,7 +87,8 @@ class DriveRates:
     def as_the_words_say(self, time: float | None = None) -> None:
         """The words are others than they were: both axes go on at what they say from a time on, else from now."""
         since = self._unit.now() if time is None else time
-        for axis, rate in zip(self._axes, self._words.speeds.drives, strict=True):
+        for axis, play, rate in zip(self._axes, self._words.plays, self._words.speeds.drives, strict=True):
+            axis.has(play, since)
             self._goes(axis, rate, since)
 
     def held(self, time: float, *, stopped: bool) -> None:

@@ -375,7 +375,7 @@ class Holding:
         self.let_go()
         for axis, held in self._held.items():
             began = now if held.began is None else held.began.time
-            short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
+            short = Press(held.press.key, max(0.0, now - began))
             held.press = short
             self._axes[axis].press = short
         self.look(math.inf)

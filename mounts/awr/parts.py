@@ -80,7 +80,7 @@ class Parts:
 def _axes(kept: Kept, now: float) -> tuple[AwrAxis, AwrAxis]:
     """Where they were, and going on as they did."""
     seen = kept.time if math.isfinite(kept.time) else now
-    one, two = (AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.turned) for i, axis in enumerate(kept.axes))
+    one, two = (AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.side) for i, axis in enumerate(kept.axes))
     for axis, was in zip((one, two), kept.axes, strict=True):
         axis.drives_at(was.rate, seen)
     return one, two

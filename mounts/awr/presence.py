@@ -7,6 +7,7 @@ from mounts.awr.parts import Parts
 from mounts.awr.registers import BY_NAME
 from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, STATED, SWITCHED, TURNED_BACK, UNTOLD
 from mounts.awr.unit import Happened
+from mounts.awr.words import BACKLASHES
 
 _COOKIE_EVERY_S = 10.0
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
@@ -86,20 +87,22 @@ class Presence:
                 self.notes = (*self.notes, f"{why.format(away)}: axis {axis.index + 1} {STATED.format(astray)}")
 
     def bake(self) -> None:
-        """Give it a cookie.
+        """Give it a cookie, and have it take up the play as configured.
 
         Raises
         ------
         DriveRefused, TransportError
             It does not take it, or does not answer.
         """
+        if self._parts.words.take_up():
+            self._parts.drives.as_the_words_say()
         self.cookie = self._parts.words.bake()
         self._asked = self._parts.unit.now()
 
     def warn_of_words(self) -> None:
         """Note what is unusual about its words."""
         words = self._parts.words
-        plays = [name for name in ("ra_backlash", "dec_backlash") if words.lasting.get(BY_NAME[name].address)]
+        plays = [name for name in BACKLASHES if words.lasting.get(BY_NAME[name].address)]
         if plays:
             self.notes = (*self.notes, f"it takes up backlash by itself: {', '.join(plays)}")
         if wrong := words.usual.contradiction():

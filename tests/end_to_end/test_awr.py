@@ -335,3 +335,18 @@ def test_of_random_gotos_95_in_100_end_within_two_guide_steps(tmp_path):
     print(f"\n{count} gotos: {within / count:.1%} within twice {GUIDE_STEP_ARCSEC:.2f}″ each, {slews} slew")
     assert slews == 1
     assert within >= (0.95 if FULL else 0.6) * count
+
+
+@pytest.mark.parametrize("takes_up", [True, False], ids=["taken up by its words", "taken up as configured"])
+def test_play_of_the_gears_is_taken_up(tmp_path, takes_up):
+    ours = {} if takes_up else {"axis1.backlash_arcsec": 60.0, "axis2.backlash_arcsec": 60.0}
+    simulated = {"simulator.backlash_arcsec": 60.0, "simulator.takes_up_backlash": takes_up}
+    with opened(tmp_path, **ours, **simulated) as scope:
+        scope.goto(star_at(scope, 300.0, 45.0))
+        worst = 0.0
+        for azimuth, altitude in ((60.0, 50.0), (300.0, 35.0)):
+            scope.goto(star_at(scope, azimuth, altitude))
+            worst = max(worst, *map(abs, off_arcsec(scope)))
+        print(f"\ntwo gotos with plays of 60″: {worst:.2f}″ off at most")
+        assert worst < 3.0 * GUIDE_STEP_ARCSEC
+        assert not scope.simulator.wear

@@ -9,7 +9,8 @@ from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
 from clockdrive.drives.awr.figures import AwrWords
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
-from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.awr.settings import FASTEST_DEG_S, gearings, meaning, park_counts, settings
+from clockdrive.drives.configured import baud, opening
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
@@ -81,16 +82,10 @@ def drive(
     from mounts.awr.steady import SteadyClock  # noqa: PLC0415 - likewise
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
-    from transports.link import Link  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
-    from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    speed = baud(configuration)
     if lines:
         guardian: Guardian = NobodyBeside()
-
-        def opened() -> Link:
-            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
+        opened = opening(configuration, clock, lines)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
@@ -102,8 +97,8 @@ def drive(
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
-        opened = dead_man.sharing(lambda: open_link(configuration.drive.link, clock))
-    unit = Unit(opened, clock, speed)
+        opened = dead_man.sharing(opening(configuration, clock, lines))
+    unit = Unit(opened, clock, baud(configuration))
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
 
 
