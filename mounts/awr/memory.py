@@ -7,7 +7,7 @@ its first key: where a program ended in between, nobody knows how far it went.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 from mounts.remembered import NEVER, number, recalled, reinterpreted, text
@@ -57,10 +57,10 @@ class Kept:
 
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
-        kept = asdict(self)
-        return kept | {
+        return vars(self) | {
             "time": None if math.isinf(self.time) else self.time,
-            "axes": [asdict(a) for a in self.axes],
+            "axes": [dict(vars(axis)) for axis in self.axes],
+            "shown": dict(vars(self.shown)),
             "ram": {str(address): value for address, value in self.ram.items()},
             "written": {str(address): value for address, value in self.written.items()},
         }
