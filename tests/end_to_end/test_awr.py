@@ -3,11 +3,12 @@
 import math
 import os
 import random
+from functools import partial
 
 import pytest
-from telescope_bench import T0, star_at
+from telescope_bench import T0, axes_off_arcsec, simulated, star_at
 
-from clockdrive import Telescope, VirtualClock
+from clockdrive import VirtualClock
 from clockdrive.errors import ClockdriveError, InputError, Refused
 from mounts.awr.errors import AwrError
 from mounts.errors import DriveError, DriveRefused
@@ -20,24 +21,8 @@ CONFIRMED = {"drive.frequency_unit", "axis1.reversed", "axis2.reversed", "axis2.
 GUIDE_STEP_ARCSEC = 0.1 * 0.3 * SIDEREAL_DEG_S * 3600.0
 
 
-def opened(folder, clock=None, **overrides):
-    dotted = {name.replace("__", "."): value for name, value in overrides.items()}
-    return Telescope.simulated(
-        "awr",
-        clock=clock or VirtualClock(T0),
-        overrides={"state.path": str(folder), "limits.sun_avoidance_deg": 0.0, **dotted},
-    )
-
-
-def off_arcsec(scope):
-    """Angle of each axis from where the target wants it, by the motors themselves."""
-    now = scope.clock.now()
-    scope.simulator.advance(now)
-    wanted = scope._session.pursuit.at(now)
-    return [
-        (scope.simulator.true_position(i + 1) - counts) * scale
-        for i, ((counts, _), scale) in enumerate(zip(wanted, ARCSEC, strict=True))
-    ]
+opened = partial(simulated, "awr")
+off_arcsec = partial(axes_off_arcsec, scales=ARCSEC)
 
 
 @pytest.mark.parametrize(("azimuth", "altitude"), [(60.0, 50.0), (300.0, 35.0)] if FULL else [(60.0, 50.0)])
