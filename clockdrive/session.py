@@ -16,11 +16,11 @@ from clockdrive.errors import Refused, StateError
 from clockdrive.history import History
 from clockdrive.left_alone import LeftAlone, unheld
 from clockdrive.pursuit import Pursuit
-from clockdrive.resting import Holding, inside
+from clockdrive.resting import Holding, place
 from clockdrive.safety import Guard, moved_by_others, rests_at
 from clockdrive.state import Activity, Correction, Event, Position, StateStore
 from clockdrive.surroundings import Surroundings
-from mounts.drive import Drive, Reading, Telling
+from mounts.drive import Drive, HoldsUnplaced, Reading, Telling
 from mounts.errors import DriveError, StillMoving, Unsynchronised
 from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
@@ -106,6 +106,7 @@ class Session:
         self.sun_warning = ""  # as long as its zone is near to where the telescope looks, and nothing moves it away
         self._opened = -math.inf
         self._holding = Holding(planner)  # of a drive that cannot stop tracking
+        self.held_unplaced = ""  # how, by a drive that holds what nobody knows the place of
         self._must_stop = False
         self._unstopped_because = ""
         self._others_stopped = False  # at the last reading
@@ -220,7 +221,9 @@ class Session:
         reading, what = self.reading, self.drive.capabilities
         if self.doing not in _HELD or what.can_stop or reading is None or reading.unsynchronised:
             self._holding.end()
+            self._hold_unplaced(reading)
             return self._usual_period
+        self._hold_unplaced(None)
         if self.link_lost_since is not None:
             return self._usual_period
         if moved := self._holding.moved(reading, what):
@@ -237,13 +240,32 @@ class Session:
             self._link_lost(error)
             return self._usual_period
 
+    def _hold_unplaced(self, reading: Reading | None) -> None:
+        """Hold what is parked where it stands though nobody knows where that is, if the drive can."""
+        if not isinstance(self.drive, HoldsUnplaced):
+            return
+        if self.doing != "parked" or reading is None or not reading.unsynchronised:
+            self.drive.leave_unplaced()
+            self.held_unplaced = ""
+            return
+        if self.link_lost_since is not None or self._only_looks:
+            return
+        try:
+            held = self.drive.hold_unplaced(self.clock.now())
+        except TransportError as error:
+            self._link_lost(error)
+            return
+        if held and not self.held_unplaced:
+            self.note("held", held)
+        self.held_unplaced = held
+
     def held_at(self, angles: tuple[float, float]) -> tuple[float, float]:
-        """Axis angles, radians, near to these at which the drive can be held within its travel, once it is there."""
+        """Axis angles, radians, near to these at which the drive can be held and is allowed to, once it is there."""
         what, (one, two) = self.drive.capabilities, self.planner.axes
         if what.can_stop:
             return angles
         wanted = one.gearing.counts(angles[0]), two.gearing.counts(angles[1])
-        held = inside(one, wanted, what)
+        held = place(self.planner, wanted, what, self.clock.now())
         return angles if held == wanted else self.planner.angles(held)
 
     @property
@@ -269,10 +291,12 @@ class Session:
 
     @property
     def unheld(self) -> str:
-        """What comes of a drive that tracks on, and is not held because nobody knows where it is; or nothing."""
+        """What comes of a drive that tracks on while nobody knows where it is, held or not; or nothing."""
         reading = self.reading
         if not self.drive.capabilities.goes_on_at or reading is None or not reading.unsynchronised:
             return ""
+        if self.held_unplaced:
+            return self.held_unplaced
         return unheld(self.left_alone, self.clock.now())
 
     @property

@@ -20,6 +20,7 @@ from mounts.awr.memory import at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
+from mounts.deadman_process import QUICK_ATTEMPTS, QUICK_PAUSE_S, confirm, send_at_once
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError
 from transports.errors import LinkError, TransportError
@@ -113,18 +114,31 @@ class Judged:
     readings: int = 0
     beyond: int = 0  # by more than what is stated, for 95 of 100
     ends: Counter = field(default_factory=Counter)  # axes after a goto: within what is stated, beyond, unknown
-    gross: list = field(default_factory=list)
-    why: Counter = field(default_factory=Counter)
-    late_s: float = 0.0  # keys held beyond their plan, all but those that were forged
-    forged_s: float = 0.0
-    worn: Counter = field(default_factory=Counter)
-    forged: Counter = field(default_factory=Counter)
-    unsaid: list = field(default_factory=list)
-    blind_s: float = 0.0  # until it was noticed that the power was cut
+    gross: list = field(default_factory=list)  # readings off by what is no chance
+    why: Counter = field(default_factory=Counter)  # the position was unknown after a goto
+    needed: int = 0  # of them after a deed that nobody could look behind
+    runs_lost: int = 0
+    late_s: float = 0.0  # keys held beyond their plan, but for those that nobody pressed
+    forged_s: float = 0.0  # those
     commands: Counter = field(default_factory=Counter)  # that the unit obeyed and nobody gave
     misled: set = field(default_factory=set)  # runs in which such a one made a position wrong
-    needed: int = 0
-    runs_lost: int = 0
+    worn: Counter = field(default_factory=Counter)  # words kept for good, by a command that was given
+    forged: Counter = field(default_factory=Counter)  # likewise, by one that was not
+    unsaid: list = field(default_factory=list)  # runs in which nobody said so
+    blind_s: float = 0.0  # until it was noticed that the power was cut
+
+    def __str__(self):
+        rows = (
+            f"{self.readings} readings, {self.beyond / max(1, self.readings):.2%} beyond what is stated",
+            f"axes after a goto {dict(self.ends)}; grossly wrong {self.gross[:9]}",
+            f"keys at most {self.late_s * 1e3:.0f} ms late, those that nobody pressed {self.forged_s * 1e3:.0f} ms",
+            f"worn {dict(self.worn)}, by damaged commands {dict(self.forged)}, unsaid {self.unsaid}",
+            f"commands that nobody gave {dict(self.commands)}, by which {len(self.misled)} positions were wrong",
+            f"a power cut unnoticed for {self.blind_s:.1f} s",
+            f"unknown in {self.runs_lost} runs, after {sum(self.why.values())} gotos, as it must be {self.needed}",
+            *(f"{count:4} {why}" for why, count in self.why.most_common()),
+        )
+        return "\n  ".join(rows)
 
 
 class Night:

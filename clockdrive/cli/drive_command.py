@@ -10,14 +10,12 @@ from clockdrive.axis_names import WORDS as AXIS_WORDS
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 _NAME = "a register's name as `drive show` has it; without its axis it means both"
 
 
-def add_drive(add: Adder) -> None:
+def words(command: argparse.ArgumentParser) -> None:
     """Add the grammar of `drive`."""
-    drive = add("drive", "the drive's own registers, power and speed")
-    actions = drive.add_subparsers(dest="action", metavar="ACTION", required=True)
+    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def action(name: str, text: str) -> argparse.ArgumentParser:
         made = actions.add_parser(name, help=text, description=text, allow_abbrev=False)

@@ -9,11 +9,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
 
-from clockdrive.answers import refusal
 from clockdrive.cli.commands import COMMANDS, Command
 from clockdrive.cli.parser import parser
 from clockdrive.errors import ClockdriveError, ConfigurationError, InputError
 from clockdrive.parse import shielded
+from clockdrive.refusal import refusal
 from mounts.errors import DriveError
 from pointing.errors import PointingError
 from transports.errors import TransportError
@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that lacks ° or − shows ?, and goes on
     words = shielded(sys.argv[1:] if argv is None else argv)
-    args = parser().parse_args(words)
+    args = parser(words).parse_args(words)
     command: Command = COMMANDS[args.command]
     try:
         with _interruptible():

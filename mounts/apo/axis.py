@@ -8,7 +8,7 @@ whose answer was lost is not sent again: see `line`.
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from mounts.apo import tai
@@ -300,12 +300,11 @@ class ControlledAxis:
         ends = self.queue.ends
         return self.offset.at(ends) - self._timed_by.at(ends) if self.queue.is_path else 0.0
 
-    def come_in_time(self, rate: float) -> None:
-        """Displace a buffer that comes too early or too late for a target of this velocity, degrees per second."""
-        early = self.early_s
+    def come_in_time(self, rate: float, early: float) -> None:
+        """Displace a buffer that comes so many seconds too early for a target of this velocity, degrees a second."""
         self.displace(-rate * early)
         self.queue.retime(-early)
-        self._timed_by = self.offset.line
+        self._timed_by = replace(self._timed_by, offset=self._timed_by.offset + early)
 
     def set_position(self, degrees: float) -> None:
         """Declare the present position."""

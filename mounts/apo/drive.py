@@ -27,7 +27,7 @@ from mounts.apo.halting import Halting
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.stowing import Stowing
-from mounts.apo.trust import Trust
+from mounts.apo.trust import Trust, numbers
 from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
@@ -64,6 +64,8 @@ class ApoDrive:
         self._settings = settings
         self._remember = remember
         self._trust = Trust(memory, settings)
+        for axis, gain in zip(axes, numbers(memory.get("gains"), len(axes)) or (), strict=False):
+            axis.offset.assumed_gain = gain
         self._group = AxisGroup(axes, self._trust)
         self._ways = Ways(self._group, settings)
         self._follower = Follower(axes, settings, self._ways.meet, self._ways.ramp)
@@ -106,8 +108,9 @@ class ApoDrive:
 
     @property
     def memory(self) -> Mapping[str, object]:
-        """Where the axes were, when, and whether that could be trusted."""
-        return self._trust.as_json()
+        """Where the axes were, when, and whether that could be trusted; what their clocks gain."""
+        gains = [axis.offset.line.gain or axis.offset.assumed_gain for axis in self._axes]
+        return {**self._trust.as_json(), "gains": gains}
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -30,12 +30,12 @@ class Trust:
         self.unsynchronised = str(memory.get("unsynchronised", ""))
         if not self.unsynchronised and memory.get("meaning", settings.meaning) != settings.meaning:
             self.unsynchronised = REINTERPRETED
-        self._position = _numbers(memory.get("position"), len(settings.axes))
-        self._rates = _numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
+        self._position = numbers(memory.get("position"), len(settings.axes))
+        self._rates = numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
         lost = memory.get("lost_axes")
         self.lost_axes: set[int] = set(lost) if isinstance(lost, list) else set()
         """Axes whose position is not known."""
-        self.unsure = list(_numbers(memory.get("unsure"), len(settings.axes)) or (0.0,) * len(settings.axes))
+        self.unsure = list(numbers(memory.get("unsure"), len(settings.axes)) or (0.0,) * len(settings.axes))
         """Degrees by which each axis may be off since its controller restarted, though it is where it stood."""
         time = memory.get("time")
         self._time = float(time) if isinstance(time, int | float) else 0.0
@@ -118,7 +118,8 @@ class Trust:
         self.unsynchronised = ""
 
 
-def _numbers(kept: object, count: int) -> tuple[float, ...] | None:
+def numbers(kept: object, count: int) -> tuple[float, ...] | None:
+    """So many numbers as they were remembered; None where they were not."""
     if not isinstance(kept, list) or len(kept) != count:
         return None
     return tuple(float(each) for each in kept)

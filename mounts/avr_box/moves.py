@@ -78,8 +78,8 @@ class Moves:
             axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
         self.unproved = True
 
-    def send_trial(self, command: bytes) -> None:
-        """Send a move of which nobody knows yet where it leads.
+    def send_trial(self, axis: BoxAxis, command: bytes, half: int) -> None:
+        """Send a move of which nobody knows yet where it leads, and remember it for what it should be.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class Moves:
             As `Box.send`.
         """
         with self._remembered():
-            self._box.send(command)
+            axis.moved(abs(half), 1 if half > 0 else -1, self._box.send(command))
 
     @contextmanager
     def _remembered(self) -> Iterator[None]:

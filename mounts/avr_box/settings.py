@@ -9,6 +9,7 @@ _ENDED_IN_S = 3.0  # after its computed end, in which a runaway is seen and ende
 SIDEREAL_DAY_S = 86164.0905
 _PEC_UNCERTAINTY = 1e-3  # of a table that nobody has read: a quarter of the step between two divisors
 MoveCount = Literal["total", "half"]
+Busy = Literal["restart", "ignore"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,8 @@ class AvrSettings:
         The value of the axis bit that means axis 2.
     guide_counts : int
         Timer counts by which `+` and `-` change the compare value.
+    busy : str
+        What a move does to an axis that still moves: it begins anew from this moment, or is not heard.
     north_reversed : bool
         `>`, `N`, `n` and `D` turn axis 2 to smaller angles: its motor is wired the other way.
     pec : bool
@@ -47,6 +50,7 @@ class AvrSettings:
     move_count: MoveCount = "total"
     axis_bit: int = 1
     guide_counts: int = 4
+    busy: Busy = "restart"
     north_reversed: bool = False
     pec: bool = False
     encoder_counts_per_turn: int = 20000

@@ -114,7 +114,7 @@ class Held:
         hold, off = self.hold, abs(duration - self.lasted(self.hold))
         if off > self.strange_s(jitter):  # it was not the first release that was heard
             least, most = self.holds
-            hold = min(max(self.press.key.held(duration - self.press.blip_s) + self.press.blip_s, least), most)
+            hold = min(max(self.press.key.held(duration), least), most)
         way, off = self.press.measured(jitter, duration, hold), max(off, abs(off - self.unsure_s), self.unsure_s)
         if off > _DOUBTFUL * jitter.late_s(self.press.key, hold):  # one of both was held up, and nobody knows which
             return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
-from mounts.awr.beside import Beside
+from mounts.awr.beside import Attended
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
 from mounts.awr.held import TOLD_S, Held
@@ -20,7 +20,7 @@ from mounts.awr.messages import Backlash, Event, Moving
 from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Happened, Heard, Unit
-from mounts.errors import DriveError, DriveRefused
+from mounts.errors import DriveError
 from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
@@ -57,7 +57,7 @@ class Holding:
     ----------
     unit : Unit
         The unit.
-    beside : Beside
+    beside : Attended
         Who stands beside a key that is held.
     axes : tuple of AwrAxis
         What the keys move.
@@ -70,7 +70,7 @@ class Holding:
     def __init__(
         self,
         unit: Unit,
-        beside: Beside,
+        beside: Attended,
         axes: tuple[AwrAxis, AwrAxis],
         jitter: Jitter,
         lose: Callable[[str], None],
@@ -366,7 +366,7 @@ class Holding:
         return each
 
     def _lost(self, axis: int, what: str, why: str = "") -> None:
-        held = self._held.pop(axis)
+        held, self.speed = self._held.pop(axis), None  # which one is in force is no surer than what moved
         self._due = [each for each in self._due if each[1] != axis]
         self._unit.release((axis,))
         self._rest()
@@ -379,6 +379,7 @@ class Holding:
 
     def _foreign(self, axis: int) -> None:
         """Something else moves an axis."""
+        self.speed = None
         self._lose(FOREIGN.format(axis + 1))
         self._unit.release((axis,))
 
@@ -409,19 +410,7 @@ class Holding:
         self.let_go()
         for axis, held in self._held.items():
             began = now if held.began is None else held.began.time
-            short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
+            short = Press(held.press.key, max(0.0, now - began))
             held.press = short
             self._axes[axis].press = short
         self.look(math.inf)
-
-    def require_hearing(self) -> None:
-        """The dead-man process lives, and no key is refused.
-
-        Raises
-        ------
-        DriveRefused
-            It does not; all keys were released.
-        """
-        if fate := self._beside.fate:
-            self.let_go()
-            raise DriveRefused(f"the keys were released: {fate}")

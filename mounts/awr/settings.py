@@ -30,6 +30,10 @@ class AwrSettings:
         Steps that a goto goes at most before anybody has seen that the keys move the axes as assumed.
     meaning : str
         What must not change between a sync and the next goto.
+    plays : tuple of float, optional
+        Motor steps of play in the gears of each axis; None for as much as the unit takes up.
+    play_sigmas : tuple of float
+        Standard deviation of that.
     """
 
     sidereal_steps_per_s: float
@@ -40,6 +44,8 @@ class AwrSettings:
     fastest: tuple[float, float] = (math.inf, math.inf)
     near: tuple[float, float] = (math.inf, math.inf)
     meaning: str = ""
+    plays: tuple[float | None, float | None] = (None, None)
+    play_sigmas: tuple[float, float] = (0.0, 0.0)
 
     @property
     def assumed(self) -> str:

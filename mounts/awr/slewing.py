@@ -130,11 +130,11 @@ class Slewing:
         while self._aims is not None and not parts.keys.busy and self.is_proven():
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
-                turned = parts.axes[0].turned, parts.axes[1].turned
                 now = parts.unit.now() + parts.keys.delay_s
-                stage = self._cascade.next(self._errors(self._aims, now), parts.keys.speed, turned)
+                stage = self._cascade.next(self._errors(self._aims, now), parts.keys.speed)
             if stage is None:
-                self._arrived()
+                if all(axis.settled(parts.unit.now()) for axis in parts.axes):
+                    self._arrived()
                 return
             self._stages += 1
             self.course = [*self.course[: self._stages - 1], stage]
@@ -142,13 +142,15 @@ class Slewing:
             parts.keys.look()
 
     def _errors(self, aims: tuple[AxisSlew, AxisSlew], time: float) -> Errors:
-        """What both axes have to go, and by how much that grows."""
-        steps, drifts = [], []
+        """What both axes have to go once their drives have taken up the play, and by how much that grows."""
+        steps, drifts, slacks = [], [], []
         for axis, aim in zip(self._parts.axes, aims, strict=True):
             due = self._aimed if aim.arrival is None else aim.arrival
-            steps.append(aim.target + aim.rate_after * (time - due) - axis.at(time).counts)
+            there = aim.target + aim.rate_after * (time - due)
+            steps.append(there - axis.at(time).counts + axis.falls(time))
             drifts.append(aim.rate_after - axis.rate)
-        return Errors((steps[0], steps[1]), (drifts[0], drifts[1]))
+            slacks.append((axis.slack(time, 1.0), axis.slack(time, -1.0)))
+        return Errors((steps[0], steps[1]), (drifts[0], drifts[1]), (slacks[0], slacks[1]))
 
     def _arrived(self) -> None:
         self._aims = None

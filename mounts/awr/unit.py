@@ -28,12 +28,13 @@ from mounts.awr.registers import (
 from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
+from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
+from transports.memory import BITS_PER_BYTE
 
 PACKET_S = 0.1  # for each packet of an answer
 KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
 RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
-_BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
 _RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
@@ -74,11 +75,10 @@ class Unit:
     """
 
     def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
-        self._open = open_link
+        self._kept = LinkAtNeed(open_link, self._renewed)
         self._clock = clock
-        self.byte_s = _BITS_PER_BYTE / baud if baud else 0.0
+        self.byte_s = BITS_PER_BYTE / baud if baud else 0.0
         """Line time of a byte."""
-        self._link: Link | None = None
         self._packets = Packets(self.byte_s)
         self._events: deque[Happened] = deque(maxlen=_EVENTS)
         self._trips: deque[float] = deque(maxlen=8)  # seconds of the last round trips, without their line time
@@ -98,8 +98,8 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """The address, as in the configuration."""
-        return "link not opened yet" if self._link is None else self._link.name
+        """The address of the link last opened."""
+        return self._kept.name
 
     @property
     def delay_s(self) -> float:
@@ -162,12 +162,12 @@ class Unit:
 
     def _hear(self, seconds: float) -> list[tuple[Response, Packet]]:
         """Read once; collect events, return answers."""
-        link = self._opened()
+        link = self._kept.opened()
         begun, since = self.now(), self._listened
         try:
             data = link.read(_CHUNK, seconds)
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
         now = self.now()
         if data:
@@ -234,10 +234,10 @@ class Unit:
         first, lost_links, sends = math.inf, 0, 0
         for attempt in range(_RELEASES):
             try:
-                if self._opened() and math.isinf(self._strays):
+                if self._kept.opened() and math.isinf(self._strays):
                     first, sends = min(first, self.now()), 0
                     self._release_blindly(rest)
-                self._sent = self._opened().write(data)
+                self._sent = self._kept.opened().write(data)
                 first, sends = min(first, self._sent), sends + 1
                 due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
                 due += _FAR_S if attempt == _RELEASES - 1 else 0.0
@@ -247,7 +247,7 @@ class Unit:
                         self._note_heard(first)
                         return
             except LinkError as lost:
-                self._drop()
+                self._kept.close()
                 error, lost_links, sends = lost, lost_links + 1, 0
                 if lost_links == _LINKS:
                     break
@@ -260,7 +260,7 @@ class Unit:
 
     def _release_blindly(self, axes: tuple[int, ...]) -> None:
         """On a new link nobody knows what is still answered: release the keys at once, then let it fall silent."""
-        self._opened().write(b"".join(commands.packet(commands.RELEASES[axis]) for axis in axes))
+        self._kept.opened().write(b"".join(commands.packet(commands.RELEASES[axis]) for axis in axes))
         since = self.now()
         self._quiet()
         if self._heard < since:
@@ -431,7 +431,7 @@ class Unit:
 
     def close(self) -> None:
         """Close the link."""
-        self._drop()
+        self._kept.close()
 
     # The line --------------------------------------------------------------------------------------------------
 
@@ -453,7 +453,7 @@ class Unit:
                 self._quiet()
                 return self._answered(body, mine, PACKET_S * 2.0**attempt)
             except LinkError as lost:
-                self._drop()
+                self._kept.close()
                 error = lost
             except NoAnswer as silent:
                 error = silent
@@ -482,9 +482,9 @@ class Unit:
     def _send(self, body: str) -> None:
         self.before_each()
         try:
-            self._sent = self._opened().write(commands.packet(body))
+            self._sent = self._kept.opened().write(commands.packet(body))
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
 
     def _quiet(self) -> None:
@@ -497,17 +497,10 @@ class Unit:
                 break
         self._strays = 0
 
-    def _opened(self) -> Link:
-        if self._link is None:
-            self._link = self._open()
-            self._packets = Packets(self.byte_s)
-            self._strays = math.inf
-        return self._link
-
-    def _drop(self) -> None:
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+    def _renewed(self) -> None:
+        """Whatever was asked on the last link may be answered on a new one."""
+        self._packets = Packets(self.byte_s)
+        self._strays = math.inf
 
 
 def _nobody() -> None:

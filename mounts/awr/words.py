@@ -4,10 +4,12 @@ Only RAM is written, and what was written is read back where the unit tells it. 
 else, one unit of the acceleration of axis 2, is the cookie: it is lost with the power.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
+from mounts.awr.play import Play
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, WITH_BACKLASH, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.unit import Unit
@@ -15,6 +17,7 @@ from mounts.errors import DriveRefused
 
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
+BACKLASHES = ("ra_backlash", "dec_backlash")
 _DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
@@ -94,6 +97,39 @@ class Words:
             The sidereal rate stands nowhere.
         """
         return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def plays(self) -> tuple[Play, Play]:
+        """What is left of the play of each axis besides the blips by which the unit takes it up."""
+        settings = self._settings
+        one, two = (
+            Play(0.0 if play is None else play - blip, sigma)
+            for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
+        )
+        return one, two
+
+    @property
+    def taken_up(self) -> tuple[int, int]:
+        """Steps of play of each axis that the unit takes up by blips."""
+        takes = self._unit.version >= WITH_BACKLASH
+        one, two = (self.ram.get(BY_NAME[name].address, 0) if takes else 0 for name in BACKLASHES)
+        return one, two
+
+    def take_up(self) -> bool:
+        """Have the unit take up as much play as is configured, where it takes up any; return whether that is new.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            As for `soft_write`.
+        """
+        new = False
+        for name, play in zip(BACKLASHES, self._settings.plays, strict=True):
+            register, steps = BY_NAME[name], math.floor(play or 0.0)
+            if play is not None and self._unit.version >= WITH_BACKLASH and self.ram.get(register.address) != steps:
+                self.soft_write(register, steps)
+                new = True
+        return new
 
     @property
     def tracks(self) -> int:

@@ -4,12 +4,13 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from clockdrive.answers import Answer, utc
+from clockdrive.answers import Answer
 from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
 from clockdrive.drives.by_hand import ByHand, told
 from clockdrive.errors import ArgumentError, InputError
+from clockdrive.utc import utc
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given

@@ -16,6 +16,7 @@ class AvrDrive(DriveSection):
     move_count: Literal["total", "half"]
     axis_bit: int
     guide_counts: int
+    busy: Literal["restart", "ignore"]
     north_reversed: bool
     pec: bool
     encoder_counts_per_turn: int

@@ -9,7 +9,8 @@ from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
 from clockdrive.drives.awr.figures import AwrWords
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
-from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.awr.settings import FASTEST_DEG_S, gearings, meaning, park_counts, settings
+from clockdrive.drives.configured import baud, opening
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
     from clockdrive.drives.awr.by_hand import AwrByHand
     from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
-    from mounts.awr.beside import Guardian
     from mounts.awr.drive import AwrDrive
     from mounts.awr.simulator import SimulatedAwr
+    from mounts.beside import Guardian
     from transports.link import Clock
     from transports.memory import Device
 
 _SILENCE_S = 0.7  # of an owner between two looks
+_EASY_S = 10.0  # likewise while only the drives go: 15' at most, at six times sidereal
 _HASTY_S = 0.12  # likewise while a release is near: with what the release takes, less than 0.2 s
 
 
@@ -80,16 +82,10 @@ def drive(
     from mounts.awr.steady import SteadyClock  # noqa: PLC0415 - likewise
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
-    from transports.link import Link  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
-    from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    speed = baud(configuration)
     if lines:
         guardian: Guardian = NobodyBeside()
-
-        def opened() -> Link:
-            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
+        opened = opening(configuration, clock, lines)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
@@ -97,11 +93,12 @@ def drive(
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
             hasty_s=_HASTY_S,
+            easy_s=_EASY_S,
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
-        opened = dead_man.sharing(lambda: open_link(configuration.drive.link, clock))
-    unit = Unit(opened, clock, speed)
+        opened = dead_man.sharing(opening(configuration, clock, lines))
+    unit = Unit(opened, clock, baud(configuration))
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
 
 

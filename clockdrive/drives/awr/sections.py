@@ -20,7 +20,15 @@ class AwrDriveSection(DriveSection):
 
 
 @dataclass(frozen=True)
-class DeclinationSection(AxisSection):
+class AwrAxisSection(AxisSection):
+    """`[axis1]`."""
+
+    backlash_arcsec: float | None
+    backlash_sigma_arcsec: float
+
+
+@dataclass(frozen=True)
+class DeclinationSection(AwrAxisSection):
     """`[axis2]`."""
 
     steps_per_degree: float
@@ -44,6 +52,7 @@ class AwrSimulatorSection(SimulatorSection):
     byte_doubling: float
     byte_delay: float
     byte_delay_s: float
+    takes_up_backlash: bool
     reads_ram: bool
 
 
@@ -52,9 +61,9 @@ def drive_of(configuration: Configuration) -> AwrDriveSection:
     return configuration.section(AwrDriveSection, "drive")
 
 
-def axes_of(configuration: Configuration) -> tuple[AxisSection, DeclinationSection]:
+def axes_of(configuration: Configuration) -> tuple[AwrAxisSection, DeclinationSection]:
     """`[axis1]` and `[axis2]` of a configuration."""
-    return configuration.section(AxisSection, "axis1"), configuration.section(DeclinationSection, "axis2")
+    return configuration.section(AwrAxisSection, "axis1"), configuration.section(DeclinationSection, "axis2")
 
 
 def simulator_of(configuration: Configuration) -> AwrSimulatorSection:

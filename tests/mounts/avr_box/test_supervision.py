@@ -5,13 +5,15 @@ from dataclasses import replace
 
 import pytest
 from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
+from avr_faults import switch_off_and_on
 
-from mounts.avr_box.commands import COMMANDS
-from mounts.avr_box.memory import NEVER
+from mounts.avr_box.answers import Pair
+from mounts.avr_box.commands import ASK_ENCODERS, COMMANDS
+from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
-from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
+from mounts.remembered import NEVER
 from transports.errors import LinkError
 
 
@@ -101,6 +103,44 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == ""
 
 
+class Garbling:
+    """A line that makes something else of the next answers about the encoders, where that is given."""
+
+    def __init__(self, device):
+        self.device, self.instead = device, []
+
+    def receive(self, data, t):
+        answer = self.device.receive(data, t)
+        other = self.instead.pop(0) if data == ASK_ENCODERS and self.instead else None
+        return answer if other is None else other.text
+
+
+def garbling():
+    lines = []
+    bench = Bench(line=lambda device: lines.append(Garbling(device)) or lines[-1])
+    bench.connect()
+    return bench, lines[0]
+
+
+def test_a_box_switched_off_near_where_it_was_switched_on_is_noticed_though_the_second_look_is_garbled():
+    bench, line = garbling()
+    bench.slew(2000.0, 6.2 * COUNT[1])
+    bench.read()
+    switch_off_and_on(bench.box, bench.clock.now())
+    line.instead = [None, Pair(50000, 0)]
+    assert bench.read().unsynchronised == SWITCHED
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_an_axis_that_a_hand_moved_is_within_what_is_stated_though_the_second_look_is_garbled(axis):
+    bench, line = garbling()
+    bench.read()
+    before = Pair(*bench.box.encoders())
+    bench.box.push(axis, -4.0 * COUNT[axis - 1])
+    line.instead = [None, before]
+    assert within(bench)
+
+
 @pytest.mark.parametrize("cut_s", [0.3, 2.0, 9.0, 26.9, 27.3, 30.0, 60.0])
 def test_a_power_cut_in_a_slew_is_noticed_before_it_can_end_on_its_target(cut_s):
     bench = opened()
@@ -113,12 +153,13 @@ def test_a_power_cut_in_a_slew_is_noticed_before_it_can_end_on_its_target(cut_s)
     here = tuple(round(each) for each in bench.true())
     fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=here)
     bench.box.__dict__.update(fresh.__dict__)
-    told, cut = "", bench.clock.now()
-    while not told and any(axis.slewing for axis in bench.read().axes):
+    reading, cut = bench.read(), bench.clock.now()
+    while not reading.unsynchronised and any(axis.slewing for axis in reading.axes):
         bench.clock.sleep(0.25)
-        told = bench.read().unsynchronised
+        reading = bench.read()
     print(f"\ncut after {cut_s} s: told {bench.clock.now() - cut:.1f} s later")
-    assert told == SWITCHED
+    assert reading.unsynchronised == SWITCHED
+    assert not any(axis.slewing for axis in reading.axes)
 
 
 @pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
@@ -199,6 +240,46 @@ def test_a_box_that_ignores_moves_while_it_moves_raises_an_alarm_when_it_runs_aw
     assert "switch the box off now" in reading.unsynchronised
 
 
+@pytest.mark.parametrize("true", ["restart", "ignore"])
+def test_where_no_move_ends_another_a_runaway_is_an_alarm_and_is_sent_nothing(true):
+    bench = Bench(replace(SETTINGS, busy="ignore"), like(busy=true))
+    bench.connect()
+    bench.slew(1000.0, 1000.0)
+    begun, begin = [], bench.box._begin
+    bench.box._begin = lambda *move: begun.append(move) or begin(*move)
+    bench.box.receive(b"M\x00\x00\x00\x01\x02", bench.clock.now())
+    began = bench.clock.now()
+    while not (reading := bench.read()).alarms:
+        bench.clock.sleep(0.25)
+    print(f"\nan alarm {bench.clock.now() - began:.1f} s after it began to run")
+    assert bench.clock.now() - began < 8.0  # three seconds may be a hand controller
+    assert reading.alarms == ("axis 2 runs away",)
+    assert "no move ends it: switch the box off now" in reading.unsynchronised
+    for _ in range(20):
+        bench.read()
+        bench.clock.sleep(0.25)
+    assert len(begun) == 1
+
+
+@pytest.mark.parametrize("encoders", [20000, 0])
+def test_where_no_move_ends_another_silence_after_one_is_never_broken_until_a_sync(encoders):
+    lines = []
+    bench = Bench(
+        replace(SETTINGS, busy="ignore", encoder_counts_per_turn=encoders),
+        line=lambda device: lines.append(Failing(device)) or lines[-1],
+    )
+    bench.connect()
+    bench.drive.start([AxisSlew(50_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    lines[0].deaf = True
+    bench.drive._moves.prove()
+    lines[0].carried = 0
+    for _ in range(20):
+        reading = bench.read()
+        bench.clock.sleep(0.5)
+    assert lines[0].carried == 0
+    assert "Switch the box off and on, then `sync`" in reading.unsynchronised
+
+
 def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
     bench = opened()
     bench.slew(1000.0, 1000.0)
@@ -220,7 +301,7 @@ def test_a_runaway_is_ended_though_nobody_knows_where_the_axes_are(axis, never):
     bench = Bench(memory={} if never else None)
     bench.connect()
     if not never:
-        bench.drive.supervision._lose(SWITCHED)
+        bench.drive.supervision.standing.lose(SWITCHED)
     bench.read()
     bench.box.receive(b"M\x00\x00\x00\x10" + bytes((2 * (axis - 1),)), bench.clock.now())
     began = bench.true()[axis - 1]

@@ -78,7 +78,7 @@ def test_without_encoders_a_sync_after_a_slew_that_went_right_shows_that_moves_m
     bench.drive.sync(bench.true(), bench.clock.now())
     after = slewed(bench, 200_000.0, -160_000.0)
     assert after.axes[1].uncertainty_counts == pytest.approx(0.5)
-    assert Bench(BLIND, memory=dict(bench.drive.memory), box=bench.box, clock=bench.clock).drive._proved
+    assert Bench(BLIND, memory=dict(bench.drive.memory), box=bench.box, clock=bench.clock).drive._doubt.proved
 
 
 def test_without_encoders_a_sync_far_from_where_a_slew_should_have_led_shows_nothing():

@@ -1,5 +1,6 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
+import math
 import os
 import re
 import statistics
@@ -78,7 +79,7 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
     assert bench.guard.armed
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
-    assert not bench.guard.armed
+    assert bench.guard.easy  # the drives go on
     assert "hasten" in bench.guard.told
     bench.drive.start([AxisSlew(1e5, SIDEREAL), AxisSlew(-5e4)], bench.clock.now())
     while any(axis.slewing for axis in bench.read().axes):
@@ -86,13 +87,74 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
         bench.clock.sleep(0.25)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     assert bench.guard.told[-1] == "close"
+    assert not bench.guard.armed
+
+
+def test_the_dead_man_stands_beside_a_drive_before_it_goes_and_until_both_are_known_to_be_off():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    assert not bench.guard.armed
+    seen, receive = [], bench.line.receive
+
+    def received(data, t):
+        seen.append((bytes(data), bench.guard.armed and bench.guard.easy))
+        return receive(data, t)
+
+    bench.line.receive = received
+    path = Line((0.0, 0.0), (180.0, -30.0), bench.clock.now())
+    bench.follow(path, 3.0)
+    assert all(attended for data, attended in seen if data[1:2] == b"8")
+    assert sum(data[1:2] == b"8" for data, _ in seen) > 4
+    bench.line.receive = lambda data, t: b"" if data[1:3] == b"84" else receive(data, t)
+    with pytest.raises(TransportError):
+        bench.drive.stop(bench.clock.now())
+    assert bench.guard.armed
+    bench.line.receive = receive
+    bench.drive.stop(bench.clock.now())
+    bench.read()
+    assert not bench.guard.armed
+
+
+def test_a_drive_that_does_not_obey_is_left_to_the_dead_man():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    bench.follow(Line((0.0, 0.0), (180.0, -30.0), bench.clock.now()), 3.0)
+    receive = bench.line.receive
+    bench.line.receive = lambda data, t: b"" if data[1:2] == b"8" else receive(data, t)
+    with pytest.raises(TransportError):
+        bench.drive.close(bench.clock.now(), keep_tracking=False)
+    assert bench.guard.armed
+    assert bench.guard.told[-1] == "close"
+
+
+def test_drives_go_on_at_rest_of_a_driver_that_is_told_to_leave_them_so():
+    bench = Bench()
+    bench.connect()
+    bench.slew(1e4, 0.0)
+    bench.drive.close(bench.clock.now(), keep_tracking=True)
+    assert not bench.guard.armed
+    assert bench.awr.ram[0x02] & 1
+
+
+def test_a_dead_man_that_switched_the_drives_off_leaves_a_position_that_nobody_knows():
+    bench = Bench()
+    bench.connect()
+    bench.follow(Line((0.0, 0.0), (180.0, -30.0), bench.clock.now()), 3.0)
+    bench.guard.fate = "it stopped the drive"
+    with pytest.raises(DriveRefused, match="it stopped the drive"):
+        bench.read()
+    reading = bench.read()
+    assert "both drives were switched off, and nobody knows when" in reading.unsynchronised
+    assert not reading.tracking
+    assert not bench.awr.ram[0x02] & 1
+    assert not bench.awr.ram[0x04] & 1
 
 
 def test_without_a_dead_man_no_key_is_pressed():
     bench = Bench()
     bench.drive._parts.beside._guardian = None
     bench.connect()
-    with pytest.raises(DriveRefused, match="dead-man process must stand beside"):
+    with pytest.raises(DriveRefused, match="needs a dead-man process beside it"):
         bench.slew(1e4, 0.0)
     assert bench.awr.keys == [0, 0]
 
@@ -335,14 +397,22 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert bench.awr.keys[0] == 1
     assert bench.guard.armed
     bench.line.receive, bench.line.says = receive, says
+    back, released, act = bench.clock.now(), [], bench.awr._act
+
+    def acted(command):
+        act(command)
+        released.append(bench.awr._now - back if command == "RA_IDLE" else math.inf)
+
+    bench.awr._act = acted
     with suppress(TransportError):
         bench.read()
-    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    bench.true()
+    assert released[0] < 0.1
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
     reading = bench.read()
     assert bench.awr.keys == [0, 0]
-    assert not bench.guard.armed
+    assert bench.guard.easy
     off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
     assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
 
