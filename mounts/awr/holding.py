@@ -125,6 +125,11 @@ class Holding:
         self.delay_s, self._delays = delay_s, _FEW
 
     @property
+    def _news_s(self) -> float:
+        """Seconds after its time in which an event must have come, from where the unit is."""
+        return _TOLD_S + self._unit.delay_s
+
+    @property
     def busy(self) -> bool:
         """Whether a key is held, or its motion not over yet."""
         return bool(self._held)
@@ -190,7 +195,7 @@ class Holding:
         self.unheard = axis
         self._unit.release((axis,))
         self._rest()
-        self._suspect = axis, self._unit.now() + held.press.key.climb_s + _TOLD_S
+        self._suspect = axis, self._unit.now() + held.press.key.climb_s + self._news_s
 
     def _until(self, soon_s: float) -> float | None:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
@@ -198,7 +203,7 @@ class Holding:
         dues = [due for due, _, _ in self._due[:1] if due <= soon]
         for held in self._held.values():
             if held.began is None and not math.isnan(held.pressed):
-                dues.append(held.pressed + self.delay_s + _TOLD_S)
+                dues.append(held.pressed + self.delay_s + self._news_s)
             elif not math.isnan(held.released) and self._ends(held) <= soon:
                 dues.append(self._ends(held) + self._told_s(held))
         return min(dues, default=None)
@@ -207,7 +212,7 @@ class Holding:
         """What was not told in time is lost."""
         now = self._unit.now()
         for axis, held in list(self._held.items()):
-            if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
+            if held.began is None and now >= held.pressed + self.delay_s + self._news_s:
                 self._lost(axis, "began")
             elif now >= self._ends(held) + self._told_s(held):
                 self._lost(axis, "ended")
@@ -244,7 +249,7 @@ class Holding:
         self._axes[axis].pressed(held.press, heard + self.delay_s)
 
     def _told_s(self, held: _Held) -> float:
-        return held.told_s + (_TRIAL_S if self.trials is not None else 0.0)
+        return held.told_s + self._unit.delay_s + (_TRIAL_S if self.trials is not None else 0.0)
 
     def _ends(self, held: _Held) -> float:
         """When a motion is over that was released."""
