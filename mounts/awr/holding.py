@@ -109,6 +109,11 @@ class Holding:
         self.delay_s, self._delays = delay_s, _FEW
 
     @property
+    def _news_s(self) -> float:
+        """Seconds after its time in which an event must have come, from where the unit is."""
+        return TOLD_S + self._unit.delay_s
+
+    @property
     def busy(self) -> bool:
         """Whether a key is held, or its motion not over yet."""
         return bool(self._held)
@@ -189,7 +194,7 @@ class Holding:
         self.unheard = axis
         self._unit.release((axis,))
         self._rest()
-        self._suspect = axis, self._unit.now() + held.press.key.climb_s + TOLD_S
+        self._suspect = axis, self._unit.now() + held.press.key.climb_s + self._news_s
 
     def _until(self, soon_s: float) -> float | None:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
@@ -200,7 +205,7 @@ class Holding:
                 if held.ends(self.delay_s) <= soon:
                     dues.append(held.ends(self.delay_s) + self._told_s(held))
             elif held.is_pressed and not held.is_seen:
-                dues.append(held.pressed.last + self.delay_s + TOLD_S)
+                dues.append(held.pressed.last + self.delay_s + self._news_s)
         return min(dues, default=None)
 
     def _overdue(self) -> None:
@@ -210,7 +215,7 @@ class Holding:
             if held.is_released:
                 if now >= held.ends(self.delay_s) + self._told_s(held):
                     self._by_its_key(axis, held) if held.is_seen else self._lost(axis, "began")
-            elif not held.is_seen and now >= held.pressed.last + self.delay_s + TOLD_S:
+            elif not held.is_seen and now >= held.pressed.last + self.delay_s + self._news_s:
                 self._cut_short(axis, held)
 
     def _cut_short(self, axis: int, held: Held) -> None:
@@ -263,7 +268,7 @@ class Holding:
         self._axes[axis].pressed(held.press, heard + self.delay_s)
 
     def _told_s(self, held: Held) -> float:
-        return held.told_s + (_TRIAL_S if self.trials is not None else 0.0)
+        return held.told_s + self._unit.delay_s + (_TRIAL_S if self.trials is not None else 0.0)
 
     # What is told ----------------------------------------------------------------------------------------------
 

@@ -32,7 +32,7 @@ from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
 from transports.memory import BITS_PER_BYTE
 
-PACKET_S = 0.1  # for each packet of an answer
+PACKET_S = 0.1  # for each packet of an answer, as the manual has it
 KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
 RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
 _CHUNK = 256
@@ -72,13 +72,19 @@ class Unit:
         Stamps what comes; the one that the link has.
     baud : int, optional
         Bits per second of the line; none for one that takes no time.
+    timeout_s : float
+        In which each packet of an answer must come at first, beside the line's own time; later tries wait longer.
     """
 
-    def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
+    def __init__(
+        self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None, timeout_s: float = PACKET_S
+    ) -> None:
         self._kept = LinkAtNeed(open_link, self._renewed)
         self._clock = clock
         self.byte_s = BITS_PER_BYTE / baud if baud else 0.0
         """Line time of a byte."""
+        self.timeout_s = timeout_s
+        """For each packet of an answer."""
         self._packets = Packets(self.byte_s)
         self._events: deque[Happened] = deque(maxlen=_EVENTS)
         self._trips: deque[float] = deque(maxlen=8)  # seconds of the last round trips, without their line time
@@ -318,12 +324,12 @@ class Unit:
         self._quiet()
         words: dict[int, int] = {}
         self._send(commands.READ_ALL)
-        due = self._sent + PACKET_S + 12.0 * self.byte_s
+        due = self._sent + self.timeout_s + 12.0 * self.byte_s + 2.0 * self.delay_s
         while VERSION not in words and (left := due - self.now()) > 0.0:
             for said, _ in self._hear(left):
                 if isinstance(said, Word) and said.address in BY_ADDRESS:
                     words[said.address] = said.value
-                    due = self.now() + PACKET_S + 12.0 * self.byte_s
+                    due = self.now() + self.timeout_s + 12.0 * self.byte_s
         self._strays += VERSION not in words
         return words
 
@@ -450,8 +456,8 @@ class Unit:
         error: LinkError | NoAnswer | None = None
         for attempt in range(tries):
             try:
-                self._quiet()
-                return self._answered(body, mine, PACKET_S * 2.0**attempt)
+                self._quiet(2.0**_TRIES * self.timeout_s if attempt and not self._trips else 0.0)
+                return self._answered(body, mine, 2.0**attempt * self.timeout_s)
             except LinkError as lost:
                 self._kept.close()
                 error = lost
@@ -461,7 +467,7 @@ class Unit:
         assert error is not None  # noqa: S101 - there was a try
         raise error
 
-    def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float = PACKET_S) -> Response:
+    def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float) -> Response:
         """Send a command and wait for its answer."""
         self._send(body)
         due = self._sent + patience_s + 12.0 * self.byte_s + 2.0 * self.delay_s
@@ -476,7 +482,7 @@ class Unit:
         self._strays += 1
         raise NoAnswer(
             f"{self.name}: no answer to {body!r} within {patience_s:g} s; check port, cable and power, and that the "
-            "line is 9600 baud, 8N1"
+            "line is 9600 baud, 8N1; a link that takes longer wants a longer timeout_s in [drive]"
         )
 
     def _send(self, body: str) -> None:
@@ -487,9 +493,13 @@ class Unit:
             self._kept.close()
             raise
 
-    def _quiet(self) -> None:
-        """Take what has come; where an answer may still be on its way, wait until the line is silent."""
-        wait = PACKET_S + 2.0 * self.delay_s if self._strays else 0.0
+    def _quiet(self, longer_s: float = 0.0) -> None:
+        """Take what has come; where an answer may still be on its way, wait until the line is silent.
+
+        An answer to the last try would look like one to the next that came at once, so where nobody knows yet how far
+        the unit is, that is waited for longer.
+        """
+        wait = max(longer_s, self.timeout_s + 2.0 * self.delay_s) if self._strays else 0.0
         for _ in range(_ROUNDS):
             self.before_each()
             self._hear(wait)

@@ -16,7 +16,7 @@ from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
-from transports.errors import LinkError, TransportError
+from transports.errors import LinkError, NoAnswer, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ARCSEC = 0.3  # of a step, of either axis of the example
@@ -345,6 +345,25 @@ def test_units_that_are_not_as_configured_are_noticed_at_the_first_goto(opposite
         bench.clock.sleep(0.25)
     reading = bench.read()
     assert "frequency_unit or acceleration_unit" in reading.unsynchronised
+
+
+@pytest.mark.parametrize(("latency_s", "timeout_s"), [(0.08, 0.1), (0.15, 0.1), (0.4, 1.0)])
+def test_a_unit_far_away_is_driven_as_well(latency_s, timeout_s):
+    bench = Bench(latency_s=latency_s, timeout_s=timeout_s)
+    assert not bench.connect().unsynchronised
+    assert bench.unit.delay_s == pytest.approx(latency_s, abs=0.001)
+    bench.slew(2e4, -1e4)
+    reading = bench.read()
+    assert not reading.unsynchronised
+    off = max(map(abs, bench.off()))
+    print(f"\n{latency_s:g} s each way: {off:.2f} steps off, {reading.axes[0].uncertainty_counts:.2f} stated")
+    assert off < 3.0
+
+
+def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
+    bench = Bench(latency_s=0.25)
+    with pytest.raises(NoAnswer, match="a longer timeout_s"):
+        bench.connect()
 
 
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():
