@@ -123,7 +123,8 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
         for name in ("frequency_unit", "acceleration_unit", "sidereal_steps_per_s")
     )
     seen = alike and not unit.reversed1, alike and not unit.reversed2
-    shown = Shown(settings(configuration).assumed, seen)
+    scaled = unit.postscaler == drive.postscaler
+    shown = Shown(settings(configuration).assumed, seen, scaled=scaled)
     return at_park(park_counts(configuration), time, meaning(configuration), shown)
 
 

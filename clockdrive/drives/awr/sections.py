@@ -15,6 +15,8 @@ class AwrDriveSection(DriveSection):
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
+    reads_ram: bool
     press_jitter_s: float
     event_jitter_s: float
     timeout_s: float
@@ -42,6 +44,7 @@ class AwrSimulatorSection(SimulatorSection):
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
     sidereal_steps_per_s: float
     firmware: float
     reversed1: bool
@@ -55,6 +58,7 @@ class AwrSimulatorSection(SimulatorSection):
     byte_delay_s: float
     takes_up_backlash: bool
     reads_ram: bool
+    reads_plain: bool
 
 
 _OWN = OwnSections(AwrDriveSection, AwrAxisSection, DeclinationSection, AwrSimulatorSection)
