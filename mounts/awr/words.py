@@ -132,6 +132,11 @@ class Words:
         return new
 
     @property
+    def sidereal(self) -> tuple[int, int]:
+        """Counts and postscaler of the sidereal rate."""
+        return self.lasting[_DRIVES[0]], Flags.of(self.lasting[_DRIVES[1]]).postscaler
+
+    @property
     def tracks(self) -> int:
         """The sense in which axis 1 tracks without a program."""
         return 1 if Flags.of(self.lasting[_DRIVES[1]]).positive else -1

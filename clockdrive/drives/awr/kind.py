@@ -32,6 +32,7 @@ _HASTY_S = 0.12  # likewise while a release is near: with what the release takes
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
+    drive = drive_of(configuration)
     one, two = (
         Axis(
             f"axis{i + 1}",
@@ -40,7 +41,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
-            words=AwrWords(),
+            words=AwrWords(i, drive.sidereal_steps_per_s, drive.drive_ra_counts, drive.drive_ra_postscaler),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )

@@ -365,6 +365,15 @@ def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
         bench.connect()
 
 
+@pytest.mark.parametrize(("words", "said"), [((18000, 4), False), ((17000, 4), True), ((18000, 2), True)])
+def test_a_drive_ra_that_is_otherwise_than_configured_is_said(words, said):
+    bench = Bench(replace(SETTINGS, drive_ra=words))
+    bench.connect()
+    assert (
+        any("holds 18000 counts at postscaler 4, otherwise than configured" in n for n in bench.drive.notes) == said
+    )
+
+
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():
     bench = Bench(unit=SimulatorSettings(**STILL | {"reads_ram": False, "firmware": 0.59, "execution_s": 0.02}))
     bench.connect()
