@@ -4,6 +4,8 @@ import random
 from collections import Counter
 from dataclasses import dataclass
 
+from faults import mutilated
+
 from clockdrive.clock import VirtualClock
 from mounts.awr.drive import AwrDrive
 from mounts.awr.memory import at_park
@@ -40,14 +42,7 @@ class Mutilating:
             return data
         how = self.chance.choice(("lost", "doubled", "silence", *(("garbled",) if garbles else ())))
         self.happened[how] += 1
-        at = self.chance.randrange(len(data))
-        byte = bytes((data[at] ^ 1 << self.chance.randrange(8),))
-        return {
-            "lost": data[:at] + data[at + 1 :],
-            "doubled": data[: at + 1] + data[at:],
-            "garbled": data[:at] + byte + data[at + 1 :],
-            "silence": b"",
-        }[how]
+        return mutilated(how, data, self.chance)
 
 
 class Wire:

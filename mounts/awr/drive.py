@@ -168,6 +168,7 @@ class AwrDrive:
         self.words.read()
         self._presence.check_past(time)
         self.words.insist()
+        self._presence.doubt_drives(time)
         self.hand.recall(self.hand.written)
         parts.drives.as_the_words_say(time)
         if make_safe:

@@ -30,9 +30,15 @@ STEPPED = (
 )
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
 UNTOLD = (
-    "this unit does not tell what its RAM holds, so nobody knows whether it was switched off while no program "
-    "listened: `sync` on a known star, and leave `clockdrive run` running from then on"
+    "this unit does not tell what its RAM holds, so it may have been switched off and on in the {:.0f} s in which no "
+    "program listened"
 )
+OTHERWISE = (
+    "the drives go otherwise than they were left {:.0f} s ago, as since a dead-man process switched them off, and "
+    "nobody knows when that was"
+)
+STATED = "may be {:.0f} steps off, which is stated; leave `clockdrive run` running, or `sync` on a known star"
+LOST_BY = "may be {:.0f} steps off; `sync` on a known star, and leave `clockdrive run` running from then on"
 COMMITTED = (
     "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
     "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"

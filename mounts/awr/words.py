@@ -101,12 +101,18 @@ class Words:
     @property
     def plays(self) -> tuple[Play, Play]:
         """What is left of the play of each axis besides the blips by which the unit takes it up."""
-        takes = self._unit.version >= WITH_BACKLASH
-        blips = [self.ram.get(BY_NAME[name].address, 0) if takes else 0 for name in BACKLASHES]
+        settings = self._settings
         one, two = (
             Play(0.0 if play is None else play - blip, sigma)
-            for play, blip, sigma in zip(self._settings.plays, blips, self._settings.play_sigmas, strict=True)
+            for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
         )
+        return one, two
+
+    @property
+    def taken_up(self) -> tuple[int, int]:
+        """Steps of play of each axis that the unit takes up by blips."""
+        takes = self._unit.version >= WITH_BACKLASH
+        one, two = (self.ram.get(BY_NAME[name].address, 0) if takes else 0 for name in BACKLASHES)
         return one, two
 
     def take_up(self) -> bool:
