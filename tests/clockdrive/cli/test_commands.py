@@ -292,7 +292,8 @@ def test_offsets_are_shown_added_and_cleared(answer, run):
 def test_sync_says_what_it_did(run, answer):
     code, out, _ = run("sync hadec:0.5,-42")
     assert code == 0
-    assert out.startswith("synchronised on hadec:0.5,-42, by ")
+    said = re.fullmatch(r"synchronised on hadec:0\.5,-42, axis1 by (.*)″ and axis2 by (.*)″\n", out)
+    assert [float(each) for each in said.groups()] == [pytest.approx(each, abs=0.6) for each in (1800.0, 1440.0)]
     code, refused = answer("sync hadec:-20,-42")
     assert code == 1
     assert "--force" in refused["reason"]
