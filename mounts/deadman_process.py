@@ -201,11 +201,9 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
             )
             shared = None
             try:
-                # Those whose answers are told from others only by silence do not wait for it the first time.
-                if at_once := b"".join(frame.data for frame in orders.frames if frame.quiet_s > QUIET_S):
-                    link.write(at_once)
+                send_at_once(link, orders.frames)
                 for frame in orders.frames:
-                    _confirm(link, frame, clock)
+                    confirm(link, frame, clock)
             finally:
                 link.close()
         except TransportError as error:
@@ -219,8 +217,21 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
     return attempt
 
 
-def _confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
-    """Send one frame until the drive has answered it."""
+def send_at_once(link: Link, frames: tuple[SafeFrame, ...]) -> None:
+    """Send those whose answers are told from others only by silence, at once and twice: one may be lost."""
+    for _ in range(SENDS):
+        if at_once := b"".join(frame.data for frame in frames if frame.quiet_s > QUIET_S):
+            link.write(at_once)
+
+
+def confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
+    """Send one frame until the drive has answered it.
+
+    Raises
+    ------
+    NoAnswer, LinkError
+        It has not; the link was lost.
+    """
     heard = b""
     for _ in range(SENDS):
         for _ in range(_DRAINS):

@@ -9,7 +9,7 @@ from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, 
 from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
-_COOKIE_EVERY_S = 10.0
+_COOKIE_EVERY_S = 2.0
 _OTHER_WORDS = (
     "drive_ra holds {} counts at postscaler {}, otherwise than configured: give drive_ra_counts and "
     "drive_ra_postscaler so in [drive], for `rates` to tell its registers"
