@@ -129,7 +129,7 @@ class Presence:
         status, supervision = self._parts.unit.status(), self._parts.supervision
         if status is None:
             return
-        supervision.relays = status.relays
+        supervision.switched(status.relays)
         if status.override != supervision.stopped:
             supervision.take([Happened(Override(stopped=status.override), time)])
             self._parts.drives.held(time, stopped=supervision.stopped)

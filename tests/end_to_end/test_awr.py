@@ -151,7 +151,7 @@ def test_sync_repairs_what_the_override_spoilt_and_the_event_log_tells_of_it(tmp
         told = " ".join(event.text for event in scope.events() if event.kind == "drive")
     assert "override input stopped" in told
     assert "override was lifted" in told
-    assert "lines high: AC" in told
+    assert "input lines: A high, B low, C high" in told
     assert "relay_3 set to on" in told
 
 
@@ -172,7 +172,7 @@ def test_words_relays_and_keys_are_in_a_persons_hands(tmp_path):
         assert dict(unit.wear) == {0x05: 1}
         drive.set("relay_2", "on")
         assert unit.relays == 2
-        assert "relays on: 2" in scope.status().json["notes"]
+        assert "relays: 1 off, 2 on, 3 off" in scope.status().json["notes"]
         unit.advance(scope.clock.now())
         before = unit.true_position(1)
         drive.raw("axis1", "LEFT guide 1.0")
