@@ -17,6 +17,7 @@ class AwrDriveSection(DriveSection):
     rate_reference: Literal["motor", "sky"]
     press_jitter_s: float
     event_jitter_s: float
+    timeout_s: float
 
 
 @dataclass(frozen=True)
