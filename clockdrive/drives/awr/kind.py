@@ -125,7 +125,8 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
     )
     seen = alike and not unit.reversed1, alike and not unit.reversed2
     shown = Shown(settings(configuration).assumed, seen)
-    return at_park(park_counts(configuration), time, meaning(configuration), shown)
+    sides = -1.0 if unit.reversed1 else 1.0, -1.0 if unit.reversed2 else 1.0
+    return at_park(park_counts(configuration), time, meaning(configuration), shown, sides)
 
 
 def by_hand(at_rest: "AtRest") -> "AwrByHand":
