@@ -14,10 +14,9 @@ from clockdrive.state import Activity
 from clockdrive.waiting import Waiting
 from mounts.drive import ROTATOR, AxisSlew, Reading, Stowing
 from pointing.mount import Posture
-from pointing.pass_plan import PassPlan
+from pointing.pass_plan import UP_S, PassPlan
 from pointing.plan import Axis, Plan, Timing
 from pointing.planner import Planner
-from pointing.rotator_plan import parked as rotator_parked
 from pointing.rotator_plan import turned_to
 from pointing.slew import SlewModel
 from pointing.targets import Target
@@ -36,7 +35,6 @@ _LINK_LOST_S = 15.0  # after which a slew is given up
 _WAITING_PERIOD_S = 1.0
 _LED_OVER = math.radians(30.0 / 3600.0)  # by which a path may change and the axes go on, displaced
 _READY_S = 0.2  # in which a drive is ready to lead without the plan being made again
-_UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
 
 @dataclass(frozen=True)
@@ -218,7 +216,9 @@ class Slewing:
         session = self._session
         session.require_free(parked=parked)
         session.poll()
-        plan = yield from self._rest_at(name, angles, report, parks=parked)
+        rotator = session.planner.rotator
+        park = rotator.park if parked and rotator is not None else None
+        plan = yield from self._rest_at(name, angles, report, park)
         if parked:
             yield from self._stow()
         session.now_doing("idle")
@@ -239,10 +239,12 @@ class Slewing:
                 else:
                     slews = any(axis.slewing for axis in reading.axes)
 
-    def _rest_at(self, name: str, angles: tuple[float, float], report: Report, *, parks: bool = False) -> Steps[Plan]:
+    def _rest_at(
+        self, name: str, angles: tuple[float, float], report: Report, rotator: float | None = None
+    ) -> Steps[Plan]:
         """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way.
 
-        With `parks` a rotator goes to its own park position on the last leg.
+        A rotator goes to an angle of its own, if one is given, on the last leg.
         """
         session = self._session
         angles = session.held_at(angles)
@@ -253,8 +255,8 @@ class Slewing:
             with self._stopped_on_failure():
                 onwards = session.planner.plan_axes(name, angles, session.start(), session.timing())
             plan = replace(onwards, start=plan.start)
-        if parks:
-            plan = rotator_parked(session.planner, plan, session.start(), session.timing())
+        if rotator is not None:
+            plan = turned_to(session.planner, plan, rotator, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
         return plan
@@ -309,9 +311,9 @@ class Slewing:
     def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
         """Go to where a pass begins, and stay there until it does."""
         session = self._session
-        plan = yield from self._rest_at(target.name, ahead.wait, report)
+        plan = yield from self._rest_at(target.name, ahead.wait, report, ahead.rotator)
         leading = session.drive.leading
-        due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
+        due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + UP_S
         azimuth, altitude = map(math.degrees, azimuth_altitude(plan.observed))
         waiting = Waiting(target.name, session.clock.now(), due, azimuth, altitude)
         session.begin(Activity("waiting", waiting.since, due, detail=target.name))
