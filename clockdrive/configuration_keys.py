@@ -283,6 +283,8 @@ _DRIVE = (
     Key("drive", "event_jitter_s", "number", Computed("0.002; of the simulator 0.0001", _event_jitter),
         "by how much the times of the unit's events are off on this computer, root mean square", "s", 0, 0.1,
         drives=_AWR),
+    Key("drive", "timeout_s", "number", 0.1, "in which each packet of an answer must come, beside its line time",
+        "s", 0.1, 1.0, drives=_AWR),
     Key("drive", "frequency_unit", "number", 1.0, "steps a second of one unit of a frequency register", "steps/s",
         0, 1e6, above=True, drives=_AWR),
     Key("drive", "acceleration_unit", "number", 1.0, "steps/s² of one unit of an acceleration register", "steps/s²",

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 from clockdrive.answers import Answer
 from clockdrive.errors import Refused
+from clockdrive.session.account import AT_REST
 
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
     from clockdrive.session import Session
 
 T = TypeVar("T")
-_AT_REST = frozenset({"idle", "parked"})
 
 
 class AtRest:
@@ -47,7 +47,7 @@ class AtRest:
         """
         session = self.session
         session.require_free(parked=True)
-        if session.doing not in _AT_REST:
+        if session.doing not in AT_REST:
             raise Refused(f"the telescope is {session.doing}; registers are changed at rest only: `stop` first")
         try:
             return work()

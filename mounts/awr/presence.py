@@ -9,7 +9,7 @@ from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, 
 from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
-_COOKIE_EVERY_S = 10.0
+_COOKIE_EVERY_S = 2.0
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 

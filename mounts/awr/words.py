@@ -224,6 +224,16 @@ class Words:
         value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
         return value is None or value == cookie
 
+    def has_cookie(self) -> bool:
+        """Whether the unit has the cookie that it was given last; True where it does not tell.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        return self.is_there(self.ram[_COOKIE.address])
+
     def was_committed(self) -> bool:
         """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""
         plain = self.lasting[_COOKIE.address]

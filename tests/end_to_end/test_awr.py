@@ -188,7 +188,7 @@ def test_words_relays_and_keys_are_in_a_persons_hands(tmp_path):
         (lambda drive: drive.set("guide_up_counts", "0xe000"), "upper case here, 0xE000"),
         (lambda drive: drive.set("crc", "1"), "never written"),
         (lambda drive: drive.set("version", "1"), "never written"),
-        (lambda drive: drive.set("2C", "1"), "no register '2C'"),
+        (lambda drive: drive.set("2C", "1"), "no register 2C: two digits"),
         (lambda drive: drive.set("relay_4", "on"), "relay_1, relay_2, relay_3"),
         (lambda drive: drive.set("relay_1", "maybe"), "on or off"),
         (lambda drive: drive.set("drive_ra_counts", "17000"), "reckoned from drive_ra"),

@@ -83,13 +83,14 @@ def drive(
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
 
+    timeout_s = drive_of(configuration).timeout_s
     if lines:
         guardian: Guardian = NobodyBeside()
         opened = opening(configuration, clock, lines)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
-            safe_frames(),
+            safe_frames(timeout_s),
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
             hasty_s=_HASTY_S,
@@ -98,7 +99,7 @@ def drive(
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
         opened = dead_man.sharing(opening(configuration, clock, lines))
-    unit = Unit(opened, clock, baud(configuration))
+    unit = Unit(opened, clock, baud(configuration), timeout_s)
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
 
 

@@ -1,5 +1,6 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
+import math
 import os
 import re
 import statistics
@@ -15,7 +16,7 @@ from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
-from transports.errors import LinkError, TransportError
+from transports.errors import LinkError, NoAnswer, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ARCSEC = 0.3  # of a step, of either axis of the example
@@ -346,6 +347,25 @@ def test_units_that_are_not_as_configured_are_noticed_at_the_first_goto(opposite
     assert "frequency_unit or acceleration_unit" in reading.unsynchronised
 
 
+@pytest.mark.parametrize(("latency_s", "timeout_s"), [(0.08, 0.1), (0.15, 0.1), (0.4, 1.0)])
+def test_a_unit_far_away_is_driven_as_well(latency_s, timeout_s):
+    bench = Bench(latency_s=latency_s, timeout_s=timeout_s)
+    assert not bench.connect().unsynchronised
+    assert bench.unit.delay_s == pytest.approx(latency_s, abs=0.001)
+    bench.slew(2e4, -1e4)
+    reading = bench.read()
+    assert not reading.unsynchronised
+    off = max(map(abs, bench.off()))
+    print(f"\n{latency_s:g} s each way: {off:.2f} steps off, {reading.axes[0].uncertainty_counts:.2f} stated")
+    assert off < 3.0
+
+
+def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
+    bench = Bench(latency_s=0.25)
+    with pytest.raises(NoAnswer, match="a longer timeout_s"):
+        bench.connect()
+
+
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():
     bench = Bench(unit=SimulatorSettings(**STILL | {"reads_ram": False, "firmware": 0.59, "execution_s": 0.02}))
     bench.connect()
@@ -396,9 +416,17 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert bench.awr.keys[0] == 1
     assert bench.guard.armed
     bench.line.receive, bench.line.says = receive, says
+    back, released, act = bench.clock.now(), [], bench.awr._act
+
+    def acted(command):
+        act(command)
+        released.append(bench.awr._now - back if command == "RA_IDLE" else math.inf)
+
+    bench.awr._act = acted
     with suppress(TransportError):
         bench.read()
-    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    bench.true()
+    assert released[0] < 0.1
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
     reading = bench.read()
