@@ -9,7 +9,7 @@ import random
 import re
 from collections import Counter
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from awr_bench import SETTINGS, SIDEREAL, Guard, Mutilating
 
@@ -148,10 +148,7 @@ class Night:
         self.seed, self.judged, self.rng = seed, judged, random.Random(seed)  # noqa: S311 - nothing secret
         self.deed = DEEDS[seed % len(DEEDS)] if deed is None else deed
         self.clock = VirtualClock(T0)
-        late = (
-            {"byte_delay": 0.01, "byte_delay_s": self.rng.choice((0.02, 0.05, 0.15))} if self.deed == "late" else {}
-        )
-        self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1, **late), T0)
+        self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
         self.kept = at_park((0, 0), T0, "")
         self.rate, self.lost = rate, False
@@ -164,6 +161,9 @@ class Night:
         self.drive.sync((self.awr.true_position(1), self.awr.true_position(2)), now)
         self.watch()
         self.line.rate = rate
+        if self.deed == "late":
+            wear = replace(self.awr.settings, byte_delay=0.01, byte_delay_s=self.rng.choice((0.02, 0.05, 0.15)))
+            self.awr._inward._settings = self.awr._outward._settings = wear
         at = self.clock.now() + self.rng.uniform(0.0, 25.0)
         if self.deed not in {"none", "late", "saved"}:
             self.due = [(at, self.deed)]

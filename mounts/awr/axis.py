@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _NONE = Play()
-_SURELY = 0.95  # of half the play, by which an axis may be off whose side nobody knew when it was known
 
 
 class _Start(NamedTuple):
@@ -156,6 +155,6 @@ class AwrAxis:
 
     def _doubt(self, side: float) -> float:
         """Steps, in 95 of 100 cases, by which the play makes unsure where it is."""
-        if self._known is None:
-            return _SURELY * abs(self.play.steps) / 2.0 if side else 0.0
+        if self._known is None:  # it was at either side then
+            return abs(self.play.steps) / 2.0 if side else 0.0
         return TWO_SIDED_95 * self.play.doubt(side, self._known)

@@ -79,9 +79,15 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
-    """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
-    one, two = (KeptAxis(float(each), 0.0) for each in counts)
+def at_park(
+    counts: Sequence[float],
+    time: float,
+    meaning: str,
+    shown: Shown | None = None,
+    sides: tuple[float, float] = (1.0, 1.0),
+) -> dict[str, object]:
+    """What a driver remembers that has left its telescope at rest somewhere, synchronised, each motor at a side."""
+    one, two = (KeptAxis(float(each), 0.0, side=side) for each, side in zip(counts, sides, strict=True))
     return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
