@@ -22,9 +22,7 @@ from pointing.mount import POSTURES
 from pointing.pass_plan import PassPlan, is_fast, pass_plan
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
-from pointing.rate_offset import RateOffsetTarget
 from pointing.rotator import Hold
-from pointing.rotator_plan import with_rotator
 from pointing.targets import ARCSEC, Star, Target, notes_of
 from pointing.vectors import Vector
 
@@ -49,7 +47,7 @@ _DECIDING = frozenset(
 
 def counted(configuration: Configuration) -> tuple[int, int]:
     """The lowest and the highest count at which an axis of the configured drive can stand."""
-    signed = kind_of(configuration).axes(configuration)[0].units == "microsteps"
+    signed = kind_of(configuration).axes(configuration)[0].units in {"microsteps", "steps"}
     return (-(2**31), 2**31 - 1) if signed else (0, 0xFFFFFF)
 
 
@@ -106,6 +104,10 @@ def plan_or_pass(
         if ahead is None:
             raise
         return ahead
+    if planner.rotator is None:
+        return plan
+    from pointing.rotator_plan import with_rotator  # noqa: PLC0415 - only of a telescope that has one
+
     return with_rotator(planner, plan, target, start, timing, hold)
 
 
@@ -259,6 +261,8 @@ def drifting(target: Target, drift: Drift | None, time: float) -> Target:
     """
     if drift is None:
         return target
+    from pointing.rate_offset import RateOffsetTarget  # noqa: PLC0415 - only of what drifts
+
     since = time if drift.since is None else drift.since
     made = RateOffsetTarget(
         target, drift.east_arcsec_s * ARCSEC, drift.north_arcsec_s * ARCSEC, Instant.from_posix(since)

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from clockdrive.answers import utc
 from clockdrive.errors import ClockdriveError
 from clockdrive.fitting import Fitted, Wanted, fit_run
 from clockdrive.run_store import Observation, StoredRun
 from clockdrive.state import Zero
+from clockdrive.utc import utc
 from pointing.limits import separation
 from pointing.model.cross_validation import cv_sky_rms_arcsec
 from pointing.model.fit import fit

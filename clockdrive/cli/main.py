@@ -9,11 +9,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
 
-from clockdrive.answers import refusal
 from clockdrive.cli.commands import COMMANDS, Command
-from clockdrive.cli.parser import parser
+from clockdrive.cli.parser import parser, shielded
 from clockdrive.errors import ClockdriveError, ConfigurationError, InputError
-from clockdrive.parse import shielded
+from clockdrive.refusal import refusal
 from mounts.errors import DriveError
 from pointing.errors import PointingError
 from transports.errors import TransportError

@@ -126,7 +126,7 @@ class Supervision:
         if not self._sight.any_beyond(told):
             self._agreed(told)
             return
-        told = self._box.ask(commands.ASK_ENCODERS)  # digits can be garbled and still be some
+        told = self._sight.surely_told()
         if self._sight.any_beyond(told):
             self._act(told)
         else:

@@ -22,6 +22,8 @@ class AwrSettings:
         Steps a second, and a second squared, of one unit of those registers.
     rate_reference : str
         Whether guide and centre rates are those of the motor, or on the sky.
+    drive_ra : tuple of int, optional
+        Counts and postscaler that the unit holds for the sidereal rate, as configured.
     jitter : Jitter
         By how much keys and events are off their times.
     fastest : tuple of float
@@ -30,16 +32,23 @@ class AwrSettings:
         Steps that a goto goes at most before anybody has seen that the keys move the axes as assumed.
     meaning : str
         What must not change between a sync and the next goto.
+    plays : tuple of float, optional
+        Motor steps of play in the gears of each axis; None for as much as the unit takes up.
+    play_sigmas : tuple of float
+        Standard deviation of that.
     """
 
     sidereal_steps_per_s: float
     frequency_unit: float = 1.0
     acceleration_unit: float = 1.0
     rate_reference: RateReference = "motor"
+    drive_ra: tuple[int | None, int | None] = (None, None)
     jitter: Jitter = field(default_factory=Jitter)
     fastest: tuple[float, float] = (math.inf, math.inf)
     near: tuple[float, float] = (math.inf, math.inf)
     meaning: str = ""
+    plays: tuple[float | None, float | None] = (None, None)
+    play_sigmas: tuple[float, float] = (0.0, 0.0)
 
     @property
     def assumed(self) -> str:

@@ -46,7 +46,7 @@ class SimulatedAwr:
     t0 : float
         POSIX time at which it is switched on.
     positions : tuple of float
-        Steps at which the motors stand, LEFT and UP leading to larger ones.
+        Steps at which the axes stand, LEFT and UP leading to larger ones.
     """
 
     def __init__(self, settings: SimulatorSettings, t0: float, positions: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -65,7 +65,8 @@ class SimulatedAwr:
         self.stopped = False
         self.speed = "guide"
         self.keys = [0, 0]
-        self.axes = (MovingAxis(float(positions[0])), MovingAxis(float(positions[1])))
+        one, two = (MovingAxis.at(float(place), play) for place, play in zip(positions, settings.plays, strict=True))
+        self.axes = (one, two)
         self._missed = [0.0, 0.0]  # steps by which an axis is off its motor's, wired this way or that
         self._senses = [1, 1]
         self._due: list[tuple[float, int, str]] = []  # commands that were heard and have not acted
@@ -85,6 +86,11 @@ class SimulatedAwr:
     def lines(self) -> "tuple[SimulatedAwr]":
         """The one line, at whose far end this unit is."""
         return (self,)
+
+    @property
+    def plays(self) -> tuple[float, float]:
+        """Play of each axis, motor steps."""
+        return self.axes[0].play, self.axes[1].play
 
     @property
     def version(self) -> int:
@@ -236,7 +242,7 @@ class SimulatedAwr:
         """An axis whose direction sense is changed goes on from where it stands."""
         for i, axis in enumerate(self.axes):
             sense = self._sense(i)
-            self._missed[i] += (self._senses[i] - sense) * axis.position
+            self._missed[i] += (self._senses[i] - sense) * axis.place
             self._senses[i] = sense
 
     def _blip(self, index: int) -> None:
@@ -371,9 +377,9 @@ class SimulatedAwr:
     # What is true ----------------------------------------------------------------------------------------------
 
     def true_position(self, axis: int) -> float:
-        """Where the motor of axis 1 or 2 has brought it, steps, as LEFT and UP should lead to larger ones."""
+        """Where axis 1 or 2 is, steps of its motor, as LEFT and UP should lead to larger ones."""
         i = axis - 1
-        return self._senses[i] * self.axes[i].position + self._missed[i]
+        return self._senses[i] * self.axes[i].place + self._missed[i]
 
     def _sense(self, index: int) -> int:
         directions = self.ram[wire.DIRECTIONS]

@@ -42,6 +42,8 @@ class SimulatorSettings:
         A read with bit 7 of the address tells the word in RAM; else it fails.
     worm_steps : float
         Motor steps of axis 1 for a turn of its worm, at which it tells an index pulse; 0: no sensor is fitted.
+    plays : tuple of float
+        Motor steps of play in the gears of each axis, which the words of backlash may take up.
     seed : int
         Of everything random in it.
     """
@@ -66,4 +68,5 @@ class SimulatorSettings:
     byte_delay_s: float = 0.05
     reads_ram: bool = True
     worm_steps: float = 0.0
+    plays: tuple[float, float] = (0.0, 0.0)
     seed: int = 1

@@ -4,10 +4,12 @@ Only RAM is written, and what was written is read back where the unit tells it. 
 else, one unit of the acceleration of axis 2, is the cookie: it is lost with the power.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
+from mounts.awr.play import Play
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, WITH_BACKLASH, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.unit import Unit
@@ -15,6 +17,7 @@ from mounts.errors import DriveRefused
 
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
+BACKLASHES = ("ra_backlash", "dec_backlash")
 _DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
@@ -80,6 +83,12 @@ class Words:
                 self.soft_write(BY_ADDRESS[address], self.ram[address])
 
     @property
+    def undivided(self) -> Register | None:
+        """The rate register that the unit cannot divide by: one below the least, else the one written last."""
+        rates = (register for register in REGISTERS if register.is_counts and register.address in self.ram)
+        return next((each for each in rates if self.ram[each.address] < each.lowest), self.last_rate)
+
+    @property
     def changed(self) -> dict[int, int]:
         """The words that RAM holds otherwise than the non-volatile memory, by address."""
         return {a: v for a, v in self.ram.items() if self.lasting.get(a) != v}
@@ -94,6 +103,44 @@ class Words:
             The sidereal rate stands nowhere.
         """
         return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def plays(self) -> tuple[Play, Play]:
+        """What is left of the play of each axis besides the blips by which the unit takes it up."""
+        settings = self._settings
+        one, two = (
+            Play(0.0 if play is None else play - blip, sigma)
+            for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
+        )
+        return one, two
+
+    @property
+    def taken_up(self) -> tuple[int, int]:
+        """Steps of play of each axis that the unit takes up by blips."""
+        takes = self._unit.version >= WITH_BACKLASH
+        one, two = (self.ram.get(BY_NAME[name].address, 0) if takes else 0 for name in BACKLASHES)
+        return one, two
+
+    def take_up(self) -> bool:
+        """Have the unit take up as much play as is configured, where it takes up any; return whether that is new.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            As for `soft_write`.
+        """
+        new = False
+        for name, play in zip(BACKLASHES, self._settings.plays, strict=True):
+            register, steps = BY_NAME[name], math.floor(play or 0.0)
+            if play is not None and self._unit.version >= WITH_BACKLASH and self.ram.get(register.address) != steps:
+                self.soft_write(register, steps)
+                new = True
+        return new
+
+    @property
+    def sidereal(self) -> tuple[int, int]:
+        """Counts and postscaler of the sidereal rate."""
+        return self.lasting[_DRIVES[0]], Flags.of(self.lasting[_DRIVES[1]]).postscaler
 
     @property
     def tracks(self) -> int:
@@ -187,6 +234,16 @@ class Words:
         """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
         value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
         return value is None or value == cookie
+
+    def has_cookie(self) -> bool:
+        """Whether the unit has the cookie that it was given last; True where it does not tell.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        return self.is_there(self.ram[_COOKIE.address])
 
     def was_committed(self) -> bool:
         """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""

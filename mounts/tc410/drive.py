@@ -12,11 +12,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+from mounts.beside import Guardian
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.tc410.calibration import Learnt
 from mounts.tc410.carried import Carried, by_law, by_velocity
-from mounts.tc410.direct import DirectSpeed, Guardian
+from mounts.tc410.direct import DirectSpeed
 from mounts.tc410.encoders import Encoders
 from mounts.tc410.hands import Hands
 from mounts.tc410.landing import Landing
@@ -688,8 +689,6 @@ class TC410:
             raise DriveRefused("a slew is under way; wait for it, or `stop` first")
         self._restore_speed()  # a move before this one may have lowered it
         self._direct.begin()
-        if self._direct.fate:
-            raise DriveRefused(f"direct speed control was ended: {self._direct.fate}")
         self._landing = self._tracked = None
         if velocities != self._direct.velocities:
             self._direct.velocities = None  # until both are acknowledged

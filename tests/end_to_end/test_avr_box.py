@@ -5,15 +5,16 @@ import os
 import random
 import re
 import shutil
+from functools import partial
 from itertools import pairwise
 
 import pytest
 from astropy import units as u
 from astropy.time import Time
 from avr_bench import coarser_table
-from telescope_bench import T0, Witness, star_at
+from telescope_bench import T0, Witness, axes_off_arcsec, simulated, star_at
 
-from clockdrive import Telescope, VirtualClock
+from clockdrive import VirtualClock
 from clockdrive.errors import InputError, Refused
 from clockdrive.service import Service
 from mounts.avr_box.simulator import SimulatedAvrBox
@@ -29,24 +30,8 @@ PARKED_H = 12.0 if FULL else 0.25
 ARCSEC = (360.0 * 3600.0 / (200 * 64 * 57 / 11 * 360), 360.0 * 3600.0 / (200 * 64 * 57 / 11 * 180))
 
 
-def opened(folder, clock=None, **overrides):
-    dotted = {name.replace("__", "."): value for name, value in overrides.items()}
-    return Telescope.simulated(
-        "avr-box",
-        clock=clock or VirtualClock(T0),
-        overrides={"state.path": str(folder), "limits.sun_avoidance_deg": 0.0, **dotted},
-    )
-
-
-def off_arcsec(scope):
-    """Angle of each axis from where the target wants it, by the motors themselves."""
-    now = scope.clock.now()
-    scope.simulator.advance(now)
-    wanted = scope._session.pursuit.at(now)
-    return [
-        (scope.simulator.true_position(i + 1) - counts) * scale
-        for i, ((counts, _), scale) in enumerate(zip(wanted, ARCSEC, strict=True))
-    ]
+opened = partial(simulated, "avr-box")
+off_arcsec = partial(axes_off_arcsec, scales=ARCSEC)
 
 
 @pytest.mark.parametrize(("azimuth", "altitude"), [(60.0, 50.0), (300.0, 35.0), (170.0, 70.0)])
@@ -579,7 +564,7 @@ def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):
 
 def test_half_a_command_is_left_by_the_power_switch_and_a_sync(tmp_path):
     with opened(tmp_path) as scope:
-        star, link = star_at(scope, 60.0, 50.0), scope._session.drive._box._link
+        star, link = star_at(scope, 60.0, 50.0), scope._session.drive._box._kept._link
         write = link.write
 
         def cut(data):

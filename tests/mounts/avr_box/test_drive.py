@@ -1,6 +1,5 @@
 """The driver against the stepped box: where it lands and when, how it tracks, how it holds, what it refuses."""
 
-import copy
 import math
 import os
 import random
@@ -27,11 +26,12 @@ from clockdrive.clock import VirtualClock
 from mounts.avr_box.box import Box
 from mounts.avr_box.commands import COMMANDS, AvrBoxError
 from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
-from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
+from mounts.avr_box.memory import at_park
 from mounts.avr_box.pec import PeriodicError, table
 from mounts.avr_box.runaway import Runaway
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
+from mounts.remembered import NEVER, UNREADABLE
 from transports.errors import NoAnswer
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
@@ -106,27 +106,42 @@ def landed(settings, ppm, rng):
         AxisSlew(target, rate, arrival=began + due)
         for target, rate, due in zip(targets, rates, durations, strict=True)
     ]
+    landing = Landing(bench.box, predicted)
     bench.drive.start(slews, bench.clock.now())
-    while bench.clock.now() < predicted - 0.3:
+    while bench.clock.now() < predicted + 0.1:
         bench.read()
-        bench.clock.sleep(min(0.25, max(0.02, predicted - 0.3 - bench.clock.now())))
-    bench.read()
-    stands = stands_from(bench.box, bench.clock.now())
-    bench.clock.sleep(predicted + 1e-6 - bench.clock.now())
-    waited = bench.clock.now() - began
+        bench.clock.sleep(0.25)
+    bench.true()
+    waited = predicted - began
     wanted = targets[0] + rates[0] * (waited - durations[0]), targets[1]
-    off = [abs(true - want) for true, want in zip(bench.true(), wanted, strict=True)]
-    return off, stands - predicted
+    off = [abs(true - want) for true, want in zip(landing.places, wanted, strict=True)]
+    return off, landing.stood - predicted
 
 
-def stands_from(box, time):
-    """The moment from which on neither motor slews, by the box's own timers: at most `MOMENT_S` later."""
-    ahead = copy.deepcopy(box)
-    ahead.advance(time)
-    while any(ahead.moving):
-        time += MOMENT_S
-        ahead.advance(time)
-    return time
+class Landing:
+    """Watches the box's own timers around a moment: where its motors are then, and from when on neither slews.
+
+    The driver may be in the middle of its questions at that moment, of which it asks eight without encoders.
+    """
+
+    def __init__(self, box, moment):
+        self.box, self.moment, self.places = box, moment, None
+        self.stood = self.seen = -math.inf
+        self.advance, box.advance = box.advance, self.watched
+
+    def watched(self, time):
+        while (here := max(self.seen, self.moment - 0.2)) < min(time, self.moment + 0.1):
+            self.look(min(here + MOMENT_S, time))
+        self.advance(time)
+
+    def look(self, time):
+        if self.places is None and time > self.moment:
+            self.advance(self.moment + 1e-6)
+            self.places = self.box.true_position(1), self.box.true_position(2)
+        self.advance(time)
+        self.seen = time
+        if any(self.box.moving):
+            self.stood = time + MOMENT_S
 
 
 def test_thirty_minutes_of_tracking_stay_within_an_arcsecond_at_one_command_every_twenty_seconds():

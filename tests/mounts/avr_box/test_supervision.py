@@ -5,13 +5,15 @@ from dataclasses import replace
 
 import pytest
 from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
+from avr_faults import switch_off_and_on
 
-from mounts.avr_box.commands import COMMANDS
-from mounts.avr_box.memory import NEVER
+from mounts.avr_box.answers import Pair
+from mounts.avr_box.commands import ASK_ENCODERS, COMMANDS
 from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
+from mounts.remembered import NEVER
 from transports.errors import LinkError
 
 
@@ -99,6 +101,44 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == SWITCHED
     bench.drive.sync(where, bench.clock.now())
     assert bench.read().unsynchronised == ""
+
+
+class Garbling:
+    """A line that makes something else of the next answers about the encoders, where that is given."""
+
+    def __init__(self, device):
+        self.device, self.instead = device, []
+
+    def receive(self, data, t):
+        answer = self.device.receive(data, t)
+        other = self.instead.pop(0) if data == ASK_ENCODERS and self.instead else None
+        return answer if other is None else other.text
+
+
+def garbling():
+    lines = []
+    bench = Bench(line=lambda device: lines.append(Garbling(device)) or lines[-1])
+    bench.connect()
+    return bench, lines[0]
+
+
+def test_a_box_switched_off_near_where_it_was_switched_on_is_noticed_though_the_second_look_is_garbled():
+    bench, line = garbling()
+    bench.slew(2000.0, 6.2 * COUNT[1])
+    bench.read()
+    switch_off_and_on(bench.box, bench.clock.now())
+    line.instead = [None, Pair(50000, 0)]
+    assert bench.read().unsynchronised == SWITCHED
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_an_axis_that_a_hand_moved_is_within_what_is_stated_though_the_second_look_is_garbled(axis):
+    bench, line = garbling()
+    bench.read()
+    before = Pair(*bench.box.encoders())
+    bench.box.push(axis, -4.0 * COUNT[axis - 1])
+    line.instead = [None, before]
+    assert within(bench)
 
 
 @pytest.mark.parametrize("cut_s", [0.3, 2.0, 9.0, 26.9, 27.3, 30.0, 60.0])

@@ -2,10 +2,12 @@
 
 import os
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
-from awr_bench import SIDEREAL, Bench
+from awr_bench import SETTINGS, SIDEREAL, Bench, Line
 
+from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.errors import AwrError
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.errors import DriveError
@@ -14,9 +16,9 @@ from transports.errors import TransportError
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 
 
-def next_program(bench):
+def next_program(bench, settings=SETTINGS):
     """The same unit in the hands of a program that begins with what the last one remembered."""
-    again = Bench(memory=dict(bench.kept), clock=bench.clock)
+    again = Bench(settings, memory=dict(bench.kept), clock=bench.clock)
     again.awr = again.line.device = bench.awr
     return again
 
@@ -96,7 +98,7 @@ def test_what_was_written_before_the_power_was_cut_is_committed_by_nobody():
 
 
 @pytest.mark.parametrize("cut", [False, True], ids=["on", "off and on"])
-def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchronised(cut):
+def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_said_to_be_as_far_off_as_it_may_be(cut):
     bench = Bench(unit=SimulatorSettings(reads_ram=False))
     bench.connect(make_safe=True)
     bench.slew(3000.0, 3000.0)
@@ -107,7 +109,16 @@ def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchron
         bench.awr._aim()
     bench.clock.sleep(60.0)
     again = next_program(bench)
-    assert "does not tell what its RAM holds" in again.connect().unsynchronised
+    reading = again.connect()
+    assert not reading.unsynchronised
+    assert any("may have been switched off and on in the 6" in note for note in again.drive.notes)
+    one, two = (axis.uncertainty_counts for axis in reading.axes)
+    assert one == pytest.approx(61.0 * SIDEREAL, rel=0.05)
+    assert two < 10.0
+    off = again.off()
+    assert abs(off[0]) < one
+    assert (abs(off[0]) > 0.9 * one) == cut
+    assert abs(off[1]) < two
     again.drive.sync(again.true(), again.clock.now())
     again.clock.sleep(600.0)
     reading = again.read()
@@ -116,6 +127,39 @@ def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchron
     assert max(map(abs, again.off())) < 0.5
     again.slew(2000.0, 1000.0)
     assert max(map(abs, again.off())) < 3.0
+
+
+def test_the_position_of_a_unit_that_tells_no_ram_is_lost_where_it_may_be_far_off():
+    bench = Bench(replace(SETTINGS, near=(60_000.0, 60_000.0)), unit=SimulatorSettings(reads_ram=False))
+    bench.connect(make_safe=True)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    bench.kept = dict(bench.drive.memory)
+    bench.clock.sleep(1300.0)
+    again = next_program(bench, replace(SETTINGS, near=(60_000.0, 60_000.0)))
+    assert "may be 65" in again.connect().unsynchronised
+
+
+@pytest.mark.parametrize("after_s", [0.3, 2.0])
+def test_where_a_dead_man_has_switched_the_drives_off_it_is_stated_how_far_that_may_be(after_s):
+    bench = Bench()
+    bench.connect(make_safe=True)
+    path = Line((0.0, 0.0), (180.0, -30.0), bench.clock.now())
+    bench.follow(path, 5.0)
+    bench.read()
+    kept = dict(bench.drive.memory)  # the owner is killed
+    bench.clock.sleep(after_s)
+    for frame in safe_frames():
+        bench.awr.receive(frame.data, bench.clock.now())
+    bench.clock.sleep(8.0)
+    bench.kept = kept
+    again = next_program(bench)
+    reading = again.connect(make_safe=True)
+    assert not reading.unsynchronised
+    assert not reading.tracking
+    assert any("as since a dead-man process switched them off" in note for note in again.drive.notes)
+    for axis, off in zip(reading.axes, again.off(), strict=True):
+        print(f"{off:+.0f} steps off, ±{axis.uncertainty_counts:.0f} stated")
+        assert 0.5 * axis.uncertainty_counts < abs(off) < axis.uncertainty_counts
 
 
 def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may_be_off():
