@@ -165,7 +165,7 @@ class Unit:
         # What was there at once may have come at any time since somebody listened last.
         unheard = max(0.0, begun - since) if self._listened - begun < _AT_ONCE_S else 0.0
         answers = []
-        for packet in self._packets.feed(data, self.now()):
+        for packet in self._packets.feed(data, self.now(), unheard):
             said: Message = decoded(packet.text)
             if isinstance(said, Strange):
                 self.damaged += 1

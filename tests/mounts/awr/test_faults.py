@@ -7,6 +7,7 @@ from collections import Counter
 import pytest
 from awr_bench import SIDEREAL, Bench
 
+from mounts.awr.factory import factory
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError
@@ -50,10 +51,13 @@ class Watch:
         return any(since is not None for since in self.since)
 
 
+PLAY = {"plays": (200.0, 300.0), "words": factory(backlash=(200, 300))}
+
+
 def night(seed, rate):
-    """Three gotos on a bad line; returns the bench and its watch."""
+    """Three gotos on a bad line, with play that is taken up every other time; returns the bench and its watch."""
     rng = random.Random(seed)  # noqa: S311 - nothing secret
-    bench = Bench(unit=SimulatorSettings(seed=seed + 1, debug=0.1), seed=seed)
+    bench = Bench(unit=SimulatorSettings(seed=seed + 1, debug=0.1, **(PLAY if seed % 2 else {})), seed=seed)
     bench.line.garbles = False
     bench.connect()
     watch = Watch(bench)
