@@ -55,6 +55,7 @@ class SafeFrame:
     data: bytes
     answer: bytes  # a regular expression
     quiet_s: float = QUIET_S  # a line silent for so long holds back no answer to something else
+    answer_s: float = ANSWER_S  # for its answer
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,8 @@ class Orders:
     def as_text(self) -> str:
         """The orders as one argument of a command line; inverse of `from_text`."""
         frames = [
-            (frame.data.decode("latin-1"), frame.answer.decode("latin-1"), frame.quiet_s) for frame in self.frames
+            (frame.data.decode("latin-1"), frame.answer.decode("latin-1"), frame.quiet_s, frame.answer_s)
+            for frame in self.frames
         ]
         return json.dumps([self.url, frames, self.silence_s, self.log, self.hasty_s, self.easy_s])
 
@@ -79,7 +81,9 @@ class Orders:
     def from_text(cls, text: str) -> "Orders":
         """Return what `as_text` wrote."""
         url, frames, silence_s, log, hasty_s, easy_s = json.loads(text)
-        safe = (SafeFrame(data.encode("latin-1"), answer.encode("latin-1"), quiet) for data, answer, quiet in frames)
+        safe = (
+            SafeFrame(data.encode("latin-1"), answer.encode("latin-1"), *times) for data, answer, *times in frames
+        )
         return cls(url, tuple(safe), silence_s, log, hasty_s, easy_s)
 
 
@@ -197,11 +201,9 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
             )
             shared = None
             try:
-                # Those whose answers are told from others only by silence do not wait for it the first time.
-                if at_once := b"".join(frame.data for frame in orders.frames if frame.quiet_s > QUIET_S):
-                    link.write(at_once)
+                send_at_once(link, orders.frames)
                 for frame in orders.frames:
-                    _confirm(link, frame, clock)
+                    confirm(link, frame, clock)
             finally:
                 link.close()
         except TransportError as error:
@@ -215,21 +217,34 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
     return attempt
 
 
-def _confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
-    """Send one frame until the drive has answered it."""
+def send_at_once(link: Link, frames: tuple[SafeFrame, ...]) -> None:
+    """Send those whose answers are told from others only by silence, at once and twice: one may be lost."""
+    for _ in range(SENDS):
+        if at_once := b"".join(frame.data for frame in frames if frame.quiet_s > QUIET_S):
+            link.write(at_once)
+
+
+def confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
+    """Send one frame until the drive has answered it.
+
+    Raises
+    ------
+    NoAnswer, LinkError
+        It has not; the link was lost.
+    """
     heard = b""
     for _ in range(SENDS):
         for _ in range(_DRAINS):
             if not link.read(CHUNK, frame.quiet_s):
                 break
         link.write(frame.data)
-        until, heard = clock.now() + ANSWER_S, b""
-        while (left := until - clock.now()) > 0.0 and (data := link.read(CHUNK, min(left, ANSWER_S))):
+        until, heard = clock.now() + frame.answer_s, b""
+        while (left := until - clock.now()) > 0.0 and (data := link.read(CHUNK, left)):
             heard += data
             if re.search(frame.answer, heard):
                 return
     raise NoAnswer(
-        f"{link.name}: the drive did not confirm {frame.data!r} within {ANSWER_S:g} s, {SENDS} times; "
+        f"{link.name}: the drive did not confirm {frame.data!r} within {frame.answer_s:g} s, {SENDS} times; "
         f"last heard was {heard!r}"
     )
 

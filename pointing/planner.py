@@ -380,7 +380,7 @@ class Planner(Geometry):
         """Whether the drive can follow the target once it is there: near the pole of axis 1 it may not."""
         for axis, model, setup in zip(axes, timing.slew, self.axes, strict=True):
             degrees = setup.gearing.step_deg_float
-            needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
+            needed, most = abs(axis.rate_counts) * degrees, min(model.max_rate * degrees, math.degrees(setup.fastest))
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
             if (check := held(setup, axis.rate)) is not None:

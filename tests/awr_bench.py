@@ -3,6 +3,7 @@
 import random
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 
 from faults import mutilated
 
@@ -48,11 +49,12 @@ class Mutilating:
 class Wire:
     """Unit, link, clock and simulator."""
 
-    def __init__(self, settings=None, *, baud=9600, rate=0.0, seed=1, clock=None):
+    def __init__(self, settings=None, *, baud=9600, rate=0.0, seed=1, clock=None, latency_s=0.0, timeout_s=0.1):
         self.clock = clock or VirtualClock(T0)
         self.awr = SimulatedAwr(settings or SimulatorSettings(), self.clock.now())
         self.line = Mutilating(self.awr, seed, rate)
-        self.unit = Unit(lambda: MemoryLink(self.line, self.clock, baud=baud), self.clock, baud)
+        opened = partial(MemoryLink, self.line, self.clock, baud=baud, latency_s=latency_s)
+        self.unit = Unit(opened, self.clock, baud, timeout_s)
 
 
 SETTINGS = AwrSettings(50.0)

@@ -10,9 +10,8 @@ from contextlib import contextmanager
 from io import TextIOWrapper
 
 from clockdrive.cli.commands import COMMANDS, Command
-from clockdrive.cli.parser import parser
+from clockdrive.cli.parser import parser, shielded
 from clockdrive.errors import ClockdriveError, ConfigurationError, InputError
-from clockdrive.parse import shielded
 from clockdrive.refusal import refusal
 from mounts.errors import DriveError
 from pointing.errors import PointingError
@@ -28,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that lacks ° or − shows ?, and goes on
     words = shielded(sys.argv[1:] if argv is None else argv)
-    args = parser(words).parse_args(words)
+    args = parser().parse_args(words)
     command: Command = COMMANDS[args.command]
     try:
         with _interruptible():

@@ -37,7 +37,6 @@ _MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
 _MOVING_STEP_S = 1.0
 _AT_SPEED_S = 4.0  # with the way to rest behind, where a controller would go on for ever
 _RENEWED_S = 2.0  # by which that is given anew before it begins
-_KEEPS_S = 0.2  # by which the travel is left ahead of a limit: nodes are not taken back
 
 Meet = Callable[[int, Where], Sequence[PathNode]]
 

@@ -5,12 +5,14 @@ them a command that is not believed may have done all that one of its kind can; 
 axis, the other way, or twice as far, until a `sync` after it has shown that it did not.
 """
 
+import math
 from collections.abc import Sequence
 
 from mounts.avr_box.absence import UNATTENDED
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.commands import FIVE_ARCMIN
 from mounts.avr_box.encoders import SEEN_COUNTS, Encoder
+from mounts.avr_box.reasons import UNTRIED
 from mounts.avr_box.supervision import Supervision
 from mounts.avr_box.tracking import Tracker
 from mounts.avr_box.trust import FLAGS, GUIDES, MOVES, STEPS, Trust
@@ -48,6 +50,15 @@ class Doubt:
         """Microsteps by which an axis may be off at a time, POSIX seconds."""
         ran = 2.0 * axis.law.fastest  # one may run this way that was sent the other way
         return self._blind(axis, time, ran) if axis.encoder is None else self._seen(axis, axis.encoder, time, ran)
+
+    @property
+    def untried(self) -> tuple[str, ...]:
+        """That moves may lead elsewhere than is taken for it, as people read it, where nothing has shown yet."""
+        one, two = self._axes
+        if one.encoder is not None or self.proved or not one.unproved_steps + two.unproved_steps:
+            return ()
+        off = (math.degrees(math.tau * self._unproved(axis) / axis.steps_per_turn) for axis in self._axes)
+        return (UNTRIED.format(*(min(each, 180.0) for each in off)),)
 
     def _seen(self, axis: BoxAxis, encoder: Encoder, time: float, ran: float) -> float:
         state, looked = axis.at(time), self._supervision.looked

@@ -149,7 +149,7 @@ class AvrBoxDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        return (*self._own_notes, *self.supervision.standing.notes)
+        return (*self._own_notes, *self._doubt.untried, *self.supervision.standing.notes)
 
     # Connecting ------------------------------------------------------------------------------------------------
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder
-from mounts.avr_box.reasons import AGAINST, COUNTS
+from mounts.avr_box.reasons import AGAINST, COUNTS, CREEPS
 from mounts.avr_box.sight import Astray
 
 _CLEAR_COUNTS = 8.0  # of a move, to tell how far it went
+_CREPT_COUNTS = 0.4  # beyond what rounding and the crystal make
 _OFTEN = 2  # times that the opposite is no chance
 DAMAGES = 3
 """Of the line since the last sync, from which on it mutilates moves as well."""
@@ -46,6 +47,11 @@ class Evidence:
             self._doubled = 0
         axis.agreed()
         return COUNTS.format("half", "total") if self._halved >= _OFTEN and damages < DAMAGES else ""
+
+    def creeps(self, axis: BoxAxis) -> str:
+        """Whether an axis is led elsewhere bit by bit, by what it is told between its moves."""
+        crept = 0.0 if axis.encoder is None else abs(axis.encoder.crept) / axis.encoder.step
+        return CREEPS[axis.index] if crept > _CREPT_COUNTS else ""
 
     def ran(self, running: Sequence[Astray], damages: int) -> str:
         """Whether moves go farther than they should, again and again."""

@@ -1,4 +1,4 @@
-"""Why nobody knows where the axes are, each with what to do about it."""
+"""Why nobody knows where the axes are, or how surely, each with what to do about it."""
 
 SWITCHED = "the box was switched off and on: its encoders began anew; `sync` on a known star"
 ABSENT = (
@@ -24,7 +24,18 @@ AGAINST = (
 )
 COUNTS = (
     'by the encoders moves go {} as far as they should, again and again: set `move_count` to "{}", unless '
-    "`commission` finds `encoder_counts_per_turn` or the gears wrong, then `sync`"
+    "`commission` finds `encoder_counts_per_turn` or the gears wrong, or the box has another `slew_table`; then "
+    "`sync`"
 )
 RUNS_UNENDED = 'axis {} runs, and by `busy = "ignore"` no move ends it: switch the box off now, then on, and `sync`'
 RUNS_ON = "axis {} runs on, and a move of 5′ did not end it: switch the box off now, then on, and `sync`"
+_CREEPS = "axis {} is where its encoder says, ± 2 counts, not where {} lead: `{}` may be wrong, `commission` tells"
+CREEPS = (
+    _CREEPS.format(1, "tracking and guiding", "guide_counts"),
+    _CREEPS.format(2, "its single steps", "north_reversed"),
+)
+UNTRIED = (
+    "there are no encoders, and no `sync` has shown yet that moves lead where they should: axis 1 may be {:.1f}° "
+    "off, axis 2 {:.1f}°, if `move_count`, `axis_bit`, `reversed` or `slew_table` are otherwise; look where it "
+    "points, and `sync` on a star after a slew of both axes by a degree or more"
+)

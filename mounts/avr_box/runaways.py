@@ -14,7 +14,10 @@ from mounts.avr_box.standing import Standing
 
 BY_HAND_S = 3.0
 """Longer than a move of 5′ by the hand controller takes."""
-_WHY = ": a mutilated command, or, if it is so at every move, `move_count`, `axis_bit` or `reversed` are otherwise"
+_WHY = (
+    ": a mutilated command, or, if it is so at every move, `move_count`, `axis_bit`, `reversed` or `slew_table` are "
+    "otherwise"
+)
 RAN = "axis {} ran where it was not sent and was given a move of 5′ to end that" + _WHY
 RAN_UNENDED = "axis {} ran where it was not sent" + _WHY
 

@@ -74,9 +74,11 @@ class Sight:
             if encoder is None or state.moving:
                 continue
             here = encoder.steps(told.pair[axis.index])
-            most = BOUND_COUNTS * encoder.step
-            axis.known(min(max(state.counts, here - encoder.step), here + encoder.step), told.middle, most)
+            nearer = min(max(state.counts, here - encoder.step), here + encoder.step)
+            axis.known(nearer, told.middle, BOUND_COUNTS * encoder.step)
             encoder.bound_at = told.middle
+            off = max(-axis.trimmed, min(axis.trimmed, nearer - state.counts))  # more than that something else made
+            encoder.crept, axis.trimmed = 0.0 if flawed else encoder.crept + off, axis.trimmed - abs(off)
 
     def _must_be_bound(self, axis: BoxAxis, told: Told, *, flawed: bool) -> bool:
         encoder, state = axis.encoder, axis.at(told.middle)

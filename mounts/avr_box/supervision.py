@@ -195,6 +195,8 @@ class Supervision:
         self._sight.bound(told, flawed=self.flawed)
         self._switch.believed(told)
         for axis in self._axes:
+            if said := self._evidence.creeps(axis):
+                self.standing.note(said)
             if axis.encoder is not None and told.earliest > axis.reckoning.ends:
                 self._rests(axis, axis.encoder)
                 axis.encoder.proved = axis.at(told.middle).counts
@@ -247,7 +249,7 @@ class Supervision:
             self._switch.believed(told)
             axis.corrected += said - state.counts
             axis.known(said, told.middle, unsure)
-            encoder.proved = said
+            encoder.proved, axis.trimmed = said, 0.0
             if told.earliest > axis.reckoning.ends:
                 self._rests(axis, encoder)
 

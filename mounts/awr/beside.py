@@ -9,7 +9,7 @@ from typing import Literal
 from mounts.awr.unit import Unit
 from mounts.beside import Beside, Guardian
 
-WATCHED_S = 0.025  # from one sign of life to the next while a release is near
+_SIGN_S, _HASTY_SIGN_S = 0.25, 0.025  # from one sign of life to the next at most; while a release is near
 
 Silence = Literal["arm", "hasten", "ease"]
 """What the guardian was told of how long its owner may be silent."""
@@ -112,4 +112,4 @@ class Attended(Beside):
 
     def _hear(self, silence: Silence) -> None:
         self._silence = silence
-        self._waiting.slice_s = WATCHED_S if silence == "hasten" else float("inf")
+        self._waiting.slice_s = _HASTY_SIGN_S if silence == "hasten" else _SIGN_S

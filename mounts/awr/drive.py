@@ -6,6 +6,7 @@ registers, which are soft-written for the target, so that for the keys it stands
 word is written into the non-volatile memory unless a person asks for it.
 """
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 from mounts.awr.by_hand import ByHand
@@ -27,6 +28,7 @@ from mounts.errors import DriveError, DriveRefused
 from pointing.plan import Leading
 from transports.errors import TransportError
 
+_BESIDE_S = 1.5  # in which a unit is looked at, be it asked three times, before a key is to be released
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -224,8 +226,9 @@ class AwrDrive:
         if drives.in_doubt and not self.keys.busy:
             drives.resolve()
         self._follow_clock()
+        self._slewing.is_proven()
         self._slewing.go_on()
-        if not self.keys.busy and self._presence.is_due:
+        if self._presence.is_due and self.keys.free_for(_BESIDE_S):
             if self._presence.is_lost():
                 self._began_anew()
             self._presence.ask_status(self.unit.now())
@@ -250,6 +253,7 @@ class AwrDrive:
         self.supervision.take(told)
         for each in told:
             if isinstance(each.event, Override):
+                self.keys.stood()
                 self._parts.drives.held(each.time, stopped=each.event.stopped)
 
     def _check_clock(self) -> None:
@@ -264,6 +268,7 @@ class AwrDrive:
 
     def _began_anew(self) -> None:
         self._slewing.give_up()
+        self.keys.stood()
         self.hand.forget()
         self._presence.began_anew()
 
@@ -273,7 +278,8 @@ class AwrDrive:
         for axis in self.axes:
             state = axis.at(now)
             moved = self._slewing.wanted or self.keys.slewing(axis.index)
-            axes.append(AxisReading(state.counts, state.uncertainty, state.rate, moved))
+            doubt = math.hypot(state.uncertainty, self.keys.doubt(axis.index))
+            axes.append(AxisReading(state.counts, doubt, state.rate, moved))
         tracking = any(axis.rate for axis in self.axes)
         return Reading(
             now,

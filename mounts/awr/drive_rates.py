@@ -11,7 +11,7 @@ from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Attended
 from mounts.awr.registers import BY_NAME, Flags, Register
 from mounts.awr.speeds import DRIVES, RateWords
-from mounts.awr.unit import PACKET_S, Unit
+from mounts.awr.unit import Unit
 from mounts.awr.words import Words
 from mounts.errors import DriveError
 from transports.errors import TransportError
@@ -190,7 +190,7 @@ class DriveRates:
         """An axis goes at a rate from a time on; where that was asked for more than once, maybe since the first."""
         going = 0.0 if self._held else rate
         late = time - asked
-        if late > PACKET_S + 2.0 * self._unit.delay_s and going != axis.rate:
+        if late > self._unit.timeout_s + 2.0 * self._unit.delay_s and going != axis.rate:
             here = axis.at(time)
             axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
         axis.drives_at(going, time)

@@ -53,7 +53,7 @@ class Parts:
         words = Words(unit, settings)
         words.ram = dict(kept.ram)
         supervision = Supervision(
-            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.last_rate, kept.index
+            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.undivided, kept.index
         )
         beside, proof = Attended(unit, guardian), Proof(settings, kept)
         keys = Holding(unit, beside, axes, settings.jitter, supervision.lose)

@@ -9,7 +9,11 @@ from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, 
 from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
-_COOKIE_EVERY_S = 10.0
+_COOKIE_EVERY_S = 2.0
+_OTHER_WORDS = (
+    "drive_ra holds {} counts at postscaler {}, otherwise than configured: give drive_ra_counts and "
+    "drive_ra_postscaler so in [drive], for `rates` to tell its registers"
+)
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 
@@ -105,6 +109,9 @@ class Presence:
         plays = [name for name in BACKLASHES if words.lasting.get(BY_NAME[name].address)]
         if plays:
             self.notes = (*self.notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        held = words.sidereal
+        if any(here not in {None, unit} for here, unit in zip(self._parts.settings.drive_ra, held, strict=True)):
+            self.notes = (*self.notes, _OTHER_WORDS.format(*held))
         if wrong := words.usual.contradiction():
             self.notes = (*self.notes, wrong)
         if not words.tells_ram:
@@ -122,7 +129,7 @@ class Presence:
         status, supervision = self._parts.unit.status(), self._parts.supervision
         if status is None:
             return
-        supervision.relays = status.relays
+        supervision.switched(status.relays)
         if status.override != supervision.stopped:
             supervision.take([Happened(Override(stopped=status.override), time)])
             self._parts.drives.held(time, stopped=supervision.stopped)

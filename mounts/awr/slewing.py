@@ -7,6 +7,7 @@ from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.following import require_slow
 from mounts.awr.parts import Parts
+from mounts.awr.supervision import SWITCHED, UNTOLD
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
@@ -76,6 +77,9 @@ class Slewing:
         )
         if self._parts.keys.busy:
             self._parts.keys.halt()
+        self._parts.keys.unproven = self._parts.words.tells_ram
+        if not self.is_proven():
+            raise Unsynchronised(self._parts.supervision.unsynchronised)
         self.forget()
 
     def start(self, axes: tuple[AxisSlew, AxisSlew], time: float) -> float:
@@ -102,10 +106,28 @@ class Slewing:
             raise
         return began
 
+    def is_proven(self) -> bool:
+        """Whether it is known where it is; a motion of which an event was lost may be that of a unit without power.
+
+        Raises
+        ------
+        TransportError
+            The unit does not answer.
+        """
+        parts = self._parts
+        if parts.keys.unproven and not parts.keys.busy:
+            if not parts.words.tells_ram:
+                parts.supervision.lose(UNTOLD)
+            elif not parts.words.has_cookie():
+                parts.supervision.lose(SWITCHED)
+                parts.supervision.was_reset = True
+            parts.keys.unproven = False
+        return not parts.supervision.unsynchronised
+
     def go_on(self) -> None:
         """Begin the next stage, as long as a stage ends within this look."""
         parts = self._parts
-        while self._aims is not None and not parts.keys.busy and not parts.supervision.unsynchronised:
+        while self._aims is not None and not parts.keys.busy and self.is_proven():
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
                 now = parts.unit.now() + parts.keys.delay_s

@@ -264,6 +264,8 @@ def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
         {"simulator.encoder_counts_per_turn": 10000},
         {"simulator.encoder_counts_per_turn": 40000},
         {"simulator.slew_table": "table.csv"},
+        {"drive.slew_table": "table.csv", "simulator.slew_table": "standard"},
+        {"simulator.table_clocks": "byte"},
     ],
     ids=" ".join,
 )

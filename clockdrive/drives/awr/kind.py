@@ -32,6 +32,7 @@ _HASTY_S = 0.12  # likewise while a release is near: with what the release takes
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
+    drive = drive_of(configuration)
     one, two = (
         Axis(
             f"axis{i + 1}",
@@ -40,7 +41,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
-            words=AwrWords(),
+            words=AwrWords(i, drive.sidereal_steps_per_s, drive.drive_ra_counts, drive.drive_ra_postscaler),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
@@ -83,13 +84,14 @@ def drive(
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
 
+    timeout_s = drive_of(configuration).timeout_s
     if lines:
         guardian: Guardian = NobodyBeside()
         opened = opening(configuration, clock, lines)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
-            safe_frames(),
+            safe_frames(timeout_s),
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
             hasty_s=_HASTY_S,
@@ -98,7 +100,7 @@ def drive(
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
         opened = dead_man.sharing(opening(configuration, clock, lines))
-    unit = Unit(opened, clock, baud(configuration))
+    unit = Unit(opened, clock, baud(configuration), timeout_s)
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
 
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from clockdrive.configuration import Configuration
 from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+from clockdrive.drives.own_sections import OwnSections
 
 
 @dataclass(frozen=True)
@@ -12,11 +12,14 @@ class AwrDriveSection(DriveSection):
     """`[drive]`."""
 
     sidereal_steps_per_s: float
+    drive_ra_counts: int | None
+    drive_ra_postscaler: int | None
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
     press_jitter_s: float
     event_jitter_s: float
+    timeout_s: float
 
 
 @dataclass(frozen=True)
@@ -56,16 +59,6 @@ class AwrSimulatorSection(SimulatorSection):
     reads_ram: bool
 
 
-def drive_of(configuration: Configuration) -> AwrDriveSection:
-    """`[drive]` of a configuration."""
-    return configuration.section(AwrDriveSection, "drive")
-
-
-def axes_of(configuration: Configuration) -> tuple[AwrAxisSection, DeclinationSection]:
-    """`[axis1]` and `[axis2]` of a configuration."""
-    return configuration.section(AwrAxisSection, "axis1"), configuration.section(DeclinationSection, "axis2")
-
-
-def simulator_of(configuration: Configuration) -> AwrSimulatorSection:
-    """`[simulator]` of a configuration."""
-    return configuration.section(AwrSimulatorSection, "simulator")
+_OWN = OwnSections(AwrDriveSection, AwrAxisSection, DeclinationSection, AwrSimulatorSection)
+drive_of, axes_of, simulator_of = _OWN.drive_of, _OWN.axes_of, _OWN.simulator_of
+"""These sections of a configuration."""

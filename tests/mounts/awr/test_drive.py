@@ -1,5 +1,6 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
+import math
 import os
 import re
 import statistics
@@ -15,7 +16,7 @@ from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
-from transports.errors import LinkError, TransportError
+from transports.errors import LinkError, NoAnswer, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ARCSEC = 0.3  # of a step, of either axis of the example
@@ -295,6 +296,32 @@ def test_a_division_names_the_register_written_last():
     assert "drive reload" in reading.alarms[0]
 
 
+def test_a_division_names_a_register_that_holds_no_counts_whatever_was_written_last():
+    bench = Bench(unit=SimulatorSettings(words={**factory(), 0x0F: 15}))
+    bench.connect(make_safe=True)
+    bench.awr._say("e8")
+    bench.clock.sleep(0.1)
+    assert "centre_left_counts (0F)" in bench.read().alarms[0]
+
+
+def test_relays_and_input_lines_stand_in_the_notes_and_each_change_is_an_event():
+    bench = Bench()
+    bench.connect()
+    assert "relays: 1 off, 2 off, 3 off" in bench.drive.notes
+    assert not bench.drive.told()
+    bench.drive.switch_relay(2, on=True)
+    assert bench.drive.told() == ("relays: 1 off, 2 on, 3 off",)
+    bench.awr.relays = 0b101  # by the hand box
+    bench.awr.levels("ACDE")
+    bench.clock.sleep(11.0)
+    bench.read()
+    lines = "input lines: A high, B low, C high, D high, E high, F low"
+    assert set(bench.drive.told()) == {lines, "relays: 1 on, 2 off, 3 on"}
+    assert {lines, "relays: 1 on, 2 off, 3 on"} <= set(bench.drive.notes)
+    assert not bench.drive.told()
+    assert bench.drive.registers()["input_lines"] == lines.removeprefix("input lines: ")
+
+
 def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
     bench = Bench()
     bench.connect()
@@ -344,6 +371,33 @@ def test_units_that_are_not_as_configured_are_noticed_at_the_first_goto(opposite
         bench.clock.sleep(0.25)
     reading = bench.read()
     assert "frequency_unit or acceleration_unit" in reading.unsynchronised
+
+
+@pytest.mark.parametrize(("latency_s", "timeout_s"), [(0.08, 0.1), (0.15, 0.1), (0.4, 1.0)])
+def test_a_unit_far_away_is_driven_as_well(latency_s, timeout_s):
+    bench = Bench(latency_s=latency_s, timeout_s=timeout_s)
+    assert not bench.connect().unsynchronised
+    assert bench.unit.delay_s == pytest.approx(latency_s, abs=0.001)
+    bench.slew(2e4, -1e4)
+    reading = bench.read()
+    assert not reading.unsynchronised
+    off = max(map(abs, bench.off()))
+    print(f"\n{latency_s:g} s each way: {off:.2f} steps off, {reading.axes[0].uncertainty_counts:.2f} stated")
+    assert off < 3.0
+
+
+def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
+    bench = Bench(latency_s=0.25)
+    with pytest.raises(NoAnswer, match="a longer timeout_s"):
+        bench.connect()
+
+
+@pytest.mark.parametrize(("words", "said"), [((18000, 4), False), ((17000, 4), True), ((18000, 2), True)])
+def test_a_drive_ra_that_is_otherwise_than_configured_is_said(words, said):
+    bench = Bench(replace(SETTINGS, drive_ra=words))
+    bench.connect()
+    told = "drive_ra holds 18000 counts at postscaler 4, otherwise than configured"
+    assert any(told in note for note in bench.drive.notes) == said
 
 
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():
@@ -396,9 +450,17 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert bench.awr.keys[0] == 1
     assert bench.guard.armed
     bench.line.receive, bench.line.says = receive, says
+    back, released, act = bench.clock.now(), [], bench.awr._act
+
+    def acted(command):
+        act(command)
+        released.append(bench.awr._now - back if command == "RA_IDLE" else math.inf)
+
+    bench.awr._act = acted
     with suppress(TransportError):
         bench.read()
-    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    bench.true()
+    assert released[0] < 0.1
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
     reading = bench.read()
