@@ -16,7 +16,7 @@ from awr_bench import SETTINGS, SIDEREAL, Guard, Mutilating
 from clockdrive.clock import VirtualClock
 from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.drive import AwrDrive
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
@@ -150,7 +150,7 @@ class Night:
         self.clock = VirtualClock(T0)
         self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
-        self.kept = at_park((0, 0), T0, "")
+        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
         self.rate, self.lost = rate, False
         self.due, self.until = [], T0
         self.alive = self.closed_until = 0.0

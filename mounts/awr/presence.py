@@ -14,6 +14,10 @@ _OTHER_WORDS = (
     "drive_ra holds {} counts at postscaler {}, otherwise than configured: give drive_ra_counts and "
     "drive_ra_postscaler so in [drive], for `rates` to tell its registers"
 )
+_UNREFERENCED = (
+    'nobody has seen yet that rate_reference = "{}" is so, on which LEFT and RIGHT depend at GUIDE and CENTRE speed '
+    "while it tracks: what is stated of axis 1 covers the other, 15″ a second; `commission` finds it out"
+)
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 
@@ -114,6 +118,8 @@ class Presence:
             self.notes = (*self.notes, _OTHER_WORDS.format(*held))
         if wrong := words.usual.contradiction():
             self.notes = (*self.notes, wrong)
+        if not self._parts.proof.referenced:
+            self.notes = (*self.notes, _UNREFERENCED.format(self._parts.settings.rate_reference))
         if not words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self.notes = (*self.notes, said)
