@@ -70,8 +70,8 @@ class Presence:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
 
         Called when its words are as they are to be; `time` is when it was connected. Where the unit tells what they
-        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it may
-        have been switched off, and on, so that they go as they usually do.
+        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it
+        may have been switched off, and on, so that they go as they usually do.
         """
         parts, words = self._parts, self._parts.words
         if parts.supervision.unsynchronised or parts.kept.cookie is None:
