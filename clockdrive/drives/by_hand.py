@@ -115,6 +115,10 @@ class ByHand:
         """What the encoders read, and where they say the axes are."""
         raise Refused(f"there are no absolute encoders to read: {self.without}")
 
+    def fiducials(self, axis: str | None) -> Answer:  # noqa: ARG002 - likewise
+        """The last passages of fiducials."""
+        raise Refused(f"a drive of kind {self._kind} has no fiducials: `drive show` tells all that it has")
+
     @property
     def without(self) -> str:
         """That the drive has no registers, and what it has instead."""

@@ -14,11 +14,11 @@ from contextlib import suppress
 from dataclasses import replace
 
 from mounts.apo import supervision
-from mounts.apo.axis import ControlledAxis, Sight
-from mounts.apo.axis_group import MOVES, AxisGroup
+from mounts.apo.axis import STANDS_DEG_S, ControlledAxis, Sight
+from mounts.apo.axis_group import AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
 from mounts.apo.clock_setting import ClockSet, require_settable, set_clock
-from mounts.apo.commands import decode
+from mounts.apo.commands import Kind, decode
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
 from mounts.apo.exchanged import exchanged
@@ -78,6 +78,11 @@ class ApoDrive:
     def axes(self) -> tuple[ControlledAxis, ...]:
         """The axes, for what this driver has no word of."""
         return self._axes
+
+    @property
+    def kind(self) -> Kind:
+        """Whose controllers they are."""
+        return self._settings.kind
 
     @property
     def capabilities(self) -> Capabilities:
@@ -202,7 +207,7 @@ class ApoDrive:
         if not sights:
             return
         latest = max(sight.time for sight in sights.values())
-        stand = not self._group.silent and all(abs(sight.velocity) < MOVES for sight in sights.values())
+        stand = not self._group.silent and all(abs(sight.velocity) < STANDS_DEG_S for sight in sights.values())
         self._stowing.settle(latest, stand=stand)
         self._halting.settle(latest, stand=stand)
 

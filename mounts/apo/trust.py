@@ -6,10 +6,10 @@ where it was last seen, else the position is unsynchronised until `sync`.
 
 from collections.abc import Mapping, Sequence
 
-from mounts.apo.axis import Sight
+from mounts.apo.axis import STANDS_DEG_S, Sight
 from mounts.apo.settings import ApoSettings
 
-_STOOD_DEG, _STOOD_DEG_S = 1e-3, 1e-4  # within which an axis stands where it stood
+_STOOD_DEG = 1e-3  # within which an axis stands where it stood
 _REACH = 1.1  # times its top speed, by which an axis can have been moved while nobody looked
 REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
 
@@ -65,7 +65,7 @@ class Trust:
         has = f"{self._settings.axes[axis].name}: its controller {'has' if surely else 'may have'} restarted"
         if self._position is None:
             self.lose_axis(axis, f"{has} and was never seen before; `sync` on a target")
-        elif led or abs(self._rates[axis]) > _STOOD_DEG_S:
+        elif led or abs(self._rates[axis]) >= STANDS_DEG_S:
             self.lose_axis(axis, f"{has} while the axis moved; `sync` on a target")
         elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
             self.lose_axis(

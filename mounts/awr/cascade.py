@@ -306,10 +306,16 @@ def side_by_side(presses: Presses, apart: float) -> Presses:
         return presses
     ours, others = _told(one, apart), _told(two, apart)
     pairs = [(mine - other, room + its) for mine, room in ours for other, its in others]
+    lasts = ours[-1][0], others[-1][0]
     laters = [between + sign * needed for between, needed in pairs for sign in (1.0, -1.0)]
-    clear = [later for later in laters if all(abs(between - later) > 0.999 * needed for between, needed in pairs)]
-    later = min(clear, key=lambda later: max(one.duration, two.duration + later) - min(0.0, later))
+    laters.sort(key=lambda later: max(lasts[0], lasts[1] + later) - min(0.0, later))
+    later = next(later for later in laters if _clear(later, pairs))
     return replace(one, begin=max(0.0, -later)), replace(two, begin=max(0.0, later))
+
+
+def _clear(later: float, pairs: Sequence[Pair]) -> bool:
+    """Whether of things so far from one another each has its room, where the second of two is so much later."""
+    return all(abs(between - later) >= 0.999 * needed for between, needed in pairs)
 
 
 def _told(press: Press, apart: float) -> tuple[Pair, Pair, Pair]:

@@ -33,6 +33,8 @@ class Shown:
     assumed: str = ""
     axes: tuple[bool, bool] = (False, False)
     led: tuple[float, float] = (0.0, 0.0)
+    referenced: bool = False
+    """It was seen what the rates of GUIDE and CENTRE count from."""
     scaled: bool = False
     """The postscaler was seen to divide as assumed."""
 
@@ -81,9 +83,15 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
-    """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
-    one, two = (KeptAxis(float(each), 0.0) for each in counts)
+def at_park(
+    counts: Sequence[float],
+    time: float,
+    meaning: str,
+    shown: Shown | None = None,
+    sides: tuple[float, float] = (1.0, 1.0),
+) -> dict[str, object]:
+    """What a driver remembers that has left its telescope at rest somewhere, synchronised, each motor at a side."""
+    one, two = (KeptAxis(float(each), 0.0, side=side) for each, side in zip(counts, sides, strict=True))
     return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
@@ -114,6 +122,7 @@ def _shown(stored: object) -> Shown:
         text(kept["assumed"]),
         (axes[0] is True, axes[1] is True),
         (number(led[0]), number(led[1])),
+        kept.get("referenced") is True,
         kept.get("scaled") is True,
     )
 

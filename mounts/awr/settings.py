@@ -23,6 +23,8 @@ class AwrSettings:
         Steps a second, and a second squared, of one unit of those registers.
     rate_reference : str
         Whether guide and centre rates are those of the motor, or on the sky.
+    drive_ra : tuple of int, optional
+        Counts and postscaler that the unit holds for the sidereal rate, as configured.
     postscaler : str
         Whether a rate falls with its postscaler, 0 counting as 1, or with one more than that.
     reads_ram : bool
@@ -45,6 +47,7 @@ class AwrSettings:
     frequency_unit: float = 1.0
     acceleration_unit: float = 1.0
     rate_reference: RateReference = "motor"
+    drive_ra: tuple[int | None, int | None] = (None, None)
     postscaler: Postscaler = "times"
     reads_ram: bool = True
     jitter: Jitter = field(default_factory=Jitter)

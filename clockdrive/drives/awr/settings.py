@@ -56,6 +56,7 @@ def settings(configuration: Configuration) -> "AwrSettings":
         frequency_unit=drive.frequency_unit,
         acceleration_unit=drive.acceleration_unit,
         rate_reference=drive.rate_reference,
+        drive_ra=(drive.drive_ra_counts, drive.drive_ra_postscaler),
         postscaler=drive.postscaler,
         reads_ram=drive.reads_ram,
         jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),

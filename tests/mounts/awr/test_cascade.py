@@ -132,6 +132,7 @@ def mean_seconds(of: Ladder, plan_of, ways: tuple[float, float], seed: int, most
 
 
 @pytest.mark.campaign
+@pytest.mark.timeout(3600)
 @pytest.mark.parametrize("jitter", [TIGHT, LOOSE], ids=["events to 0.1 ms", "events to 5 ms"])
 def test_no_fixed_order_of_speeds_and_press_times_is_a_tenth_faster(jitter):
     of = ladder(480.0, jitter)
