@@ -96,11 +96,11 @@ class Held:
         late = time - delay_s
         return min(0.0, late - self.pressed.first + most) + max(0.0, late - self.pressed.last - most)
 
-    def lasts_otherwise(self, duration: float, jitter: Jitter) -> float:
+    def lasts_otherwise(self, duration: float, jitter: Jitter, *, alone: bool) -> float:
         """By how many seconds a motion was too short (below 0) or too long for its hold; 0 where it was neither."""
         if not self.is_released:
             return -math.inf
-        if self._by_second(duration, jitter):
+        if alone and self._by_second(duration, jitter):  # an event of both axes says less than the first release
             return 0.0
         strange, (least, most) = self.strange_s(jitter), self.holds
         return min(0.0, duration - self.lasted(least) + strange) + max(0.0, duration - self.lasted(most) - strange)

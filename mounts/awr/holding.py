@@ -363,7 +363,7 @@ class Holding:
             self._axes[axis].ended(held.press.planned(jitter), each.time)
             del self._held[axis]
             return
-        off = held.lasts_otherwise(duration, jitter)
+        off = held.lasts_otherwise(duration, jitter, alone=alone)
         if off > 0.0 and not alone:
             self._by_its_key(axis, held)  # its own event was lost, and this is of the other axis
         elif off != 0.0:

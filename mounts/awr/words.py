@@ -253,7 +253,7 @@ class Words:
 
     def is_there(self, cookie: int) -> bool:
         """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
-        value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
+        value = self._in_ram(_COOKIE.address, cookie) if self.tells_ram else None
         return value is None or value == cookie
 
     def has_cookie(self) -> bool:
