@@ -366,8 +366,8 @@ class Night:
         self.poll(60.0, slewing=True)
 
     def save(self):
-        self.drive.soft_write("guide_up_counts", 50000)
-        self.drive.commit()
+        self.drive.hand.soft_write("guide_up_counts", 50000)
+        self.drive.hand.commit()
 
     def settle(self):
         """Look at the end of a goto, and have a position that was lost put right."""

@@ -65,21 +65,20 @@ class Presence:
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
-        if math.isfinite(away) and away > 0.0 and not parts.supervision.unsynchronised and parts.axes[0].rate:
-            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
 
     def doubt_drives(self, time: float) -> None:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
 
-        Called when its words are as they are to be; `time` is when it was connected.
-
-        Where the unit tells what they do now they may have done that all the while, as a dead-man process switches
-        them off. Where it does not it may have been switched off, and on, so that they go as they usually do.
+        Called when its words are as they are to be; `time` is when it was connected. Where the unit tells what they
+        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it
+        may have been switched off, and on, so that they go as they usually do.
         """
         parts, words = self._parts, self._parts.words
         if parts.supervision.unsynchronised or parts.kept.cookie is None:
             return
         away = parts.unit.now() - parts.kept.time
+        if parts.axes[0].rate and parts.axes[0].rate == words.speeds.drives[0]:
+            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
         why = OTHERWISE if words.tells_ram else UNTOLD
         for axis, now, usual, near in zip(
             parts.axes, words.speeds.drives, words.usual.drives, parts.settings.near, strict=True
