@@ -169,7 +169,7 @@ class Supervision:
         if not any(self._beyond(axis, told) for axis in self._axes):
             self._agreed(told)
             return
-        told = self._surely_told()
+        told = self._surely_told(told)
         if any(self._beyond(axis, told) for axis in self._axes):
             self._act(told)
         else:
@@ -328,10 +328,10 @@ class Supervision:
     def _any_unproved(self) -> bool:
         return any(axis.unproved for axis in self._axes)
 
-    def _surely_told(self) -> Told:
-        """Ask until two answers in a row can both be right: digits can be garbled and still be some."""
-        told = self._box.ask(commands.ASK_ENCODERS)
-        for _ in range(_TRIES):
+    def _surely_told(self, told: Told | None = None) -> Told:
+        """Ask until two answers in a row, after one, can both be right: digits can be garbled and still be some."""
+        told = told or self._box.ask(commands.ASK_ENCODERS)
+        for _ in range(_TRIES + 1):
             before, told = told, self._box.ask(commands.ASK_ENCODERS)
             ways = [abs(one - other) for one, other in zip(told.pair, before.pair, strict=True)]
             fastest = [axis.law.fastest / axis.encoder.step for axis in self._axes if axis.encoder is not None]
