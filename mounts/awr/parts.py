@@ -61,6 +61,7 @@ class Parts:
             keys.remember_delay(kept.delay_s)
         for axis in axes:
             axis.led = partial(proof.led, axis.index)
+        supervision.lost = lambda: _forget_sides(axes)
         return cls(
             unit=unit,
             settings=settings,
@@ -75,6 +76,11 @@ class Parts:
             proof=proof,
             remember=remember,
         )
+
+
+def _forget_sides(axes: tuple[AwrAxis, AwrAxis]) -> None:
+    for axis in axes:
+        axis.forget_side()
 
 
 def _axes(kept: Kept, now: float) -> tuple[AwrAxis, AwrAxis]:
