@@ -285,7 +285,7 @@ def _pass(found: PassPlan, planner: Planner) -> dict[str, Any]:
         "limit": None if found.limit is None else found.limit.detail,
         "posture": found.posture,
         "wait": {
-            axis.name: {"angle_deg": math.degrees(angle), "counts": round(axis.gearing.counts(angle))}
+            axis.name: {"angle_deg": math.degrees(angle), "counts": axis.nearest(angle)}
             for axis, angle in zip(planner.axes, found.wait, strict=True)
         },
         "lost": [

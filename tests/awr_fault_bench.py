@@ -16,7 +16,7 @@ from awr_bench import SETTINGS, SIDEREAL, Guard, Mutilating
 from clockdrive.clock import VirtualClock
 from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.drive import AwrDrive
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
@@ -150,7 +150,7 @@ class Night:
         self.clock = VirtualClock(T0)
         self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
-        self.kept = at_park((0, 0), T0, "")
+        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
         self.rate, self.lost = rate, False
         self.due, self.until = [], T0
         self.alive = self.closed_until = 0.0
@@ -366,8 +366,8 @@ class Night:
         self.poll(60.0, slewing=True)
 
     def save(self):
-        self.drive.soft_write("guide_up_counts", 50000)
-        self.drive.commit()
+        self.drive.hand.soft_write("guide_up_counts", 50000)
+        self.drive.hand.commit()
 
     def settle(self):
         """Look at the end of a goto, and have a position that was lost put right."""

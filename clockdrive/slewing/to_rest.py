@@ -7,7 +7,7 @@ from clockdrive.control import Steps
 from clockdrive.slewing.one_slew import SLEW_PERIOD_S, OneSlew, Report
 from mounts.drive import Stowing
 from pointing.plan import Plan
-from pointing.rotator_plan import parked as rotator_parked
+from pointing.rotator_plan import turned_to
 from pointing.way_round import to_axes
 
 
@@ -41,7 +41,9 @@ class ToRest(OneSlew):
         session = self._session
         session.require_free(parked=parked)
         session.poll()
-        plan = yield from self._rest_at(name, angles, report, parks=parked)
+        rotator = session.planner.rotator
+        park = rotator.park if parked and rotator is not None else None
+        plan = yield from self._rest_at(name, angles, report, park)
         if parked:
             yield from self._stow()
         session.now_doing("idle")
@@ -62,10 +64,12 @@ class ToRest(OneSlew):
                 else:
                     slews = any(axis.slewing for axis in reading.axes)
 
-    def _rest_at(self, name: str, angles: tuple[float, float], report: Report, *, parks: bool = False) -> Steps[Plan]:
+    def _rest_at(
+        self, name: str, angles: tuple[float, float], report: Report, rotator: float | None = None
+    ) -> Steps[Plan]:
         """Slew to axis angles and come to rest there, in two legs where only horizon or Sun bar the straight way.
 
-        With `parks` a rotator goes to its own park position on the last leg.
+        A rotator goes to an angle of its own, if one is given, on the last leg.
         """
         session = self._session
         angles = session.held_at(angles)
@@ -76,8 +80,8 @@ class ToRest(OneSlew):
             with self._stopped_on_failure():
                 onwards = session.planner.plan_axes(name, angles, session.start(), session.timing())
             plan = replace(onwards, start=plan.start)
-        if parks:
-            plan = rotator_parked(session.planner, plan, session.start(), session.timing())
+        if rotator is not None:
+            plan = turned_to(session.planner, plan, rotator, session.start(), session.timing())
         yield from self._slew(plan, "slewing", report)
         self._require_landed(plan)
         return plan

@@ -12,7 +12,7 @@ from clockdrive.slewing.to_rest import ToRest
 from clockdrive.state import Activity
 from clockdrive.waiting import Waiting
 from pointing.mount import Posture
-from pointing.pass_plan import PassPlan
+from pointing.pass_plan import UP_S, PassPlan
 from pointing.plan import Plan
 from pointing.targets import Target
 from pointing.vectors import azimuth_altitude
@@ -23,7 +23,6 @@ _SETTLE_S = 15.0
 _MOST_SLEWS = 4
 _WAITING_PERIOD_S = 1.0
 _READY_S = 0.2  # in which a drive is ready to lead without the plan being made again
-_UP_S = 0.2  # a target that has come up is well above the horizon by then, be its first moment off by a rounding
 
 
 @dataclass(frozen=True)
@@ -138,9 +137,9 @@ class ToTarget(ToRest):
     def _wait_for(self, target: Target, ahead: PassPlan, report: Report) -> Steps[None]:
         """Go to where a pass begins, and stay there until it does."""
         session = self._session
-        plan = yield from self._rest_at(target.name, ahead.wait, report)
+        plan = yield from self._rest_at(target.name, ahead.wait, report, ahead.rotator)
         leading = session.drive.leading
-        due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + _UP_S
+        due = ahead.reachable - (0.0 if leading is None else leading.delay_s) + UP_S
         azimuth, altitude = map(math.degrees, azimuth_altitude(plan.observed))
         waiting = Waiting(target.name, session.clock.now(), due, azimuth, altitude)
         session.begin(Activity("waiting", waiting.since, due, detail=target.name))

@@ -200,7 +200,7 @@ class Follower:
         if abs(shift) <= _SAME_DEG:
             return True
         if max(off) - min(off) > _SLIGHT_DEG:  # it is on its way there
-            return abs(shift) <= _SLIGHT_DEG
+            return max(abs(shift), _bulge(ahead[-1], where)) <= _SLIGHT_DEG
         if abs(shift) > _DISPLACED_DEG:
             return False
         axis.displace(shift)
@@ -262,6 +262,14 @@ class Follower:
 def _off(node: PathNode | None, where: Where) -> float:
     """Degrees by which a path has left a node."""
     return 0.0 if node is None else where(node.time)[0] - node.position
+
+
+def _bulge(node: PathNode, where: Where) -> float:
+    """Degrees by which the cubic to the next node leaves a path for a velocity that is not the path's.
+
+    Of velocities that differ by v at one end of an interval h, 4/27 v h: the peak of Hermite's u (1 - u)².
+    """
+    return 4.0 / 27.0 * abs(where(node.time)[1] - node.velocity) * interval_s(where, node.time)
 
 
 def _is_joined(here: tuple[float, float] | None, there: tuple[float, float]) -> bool:

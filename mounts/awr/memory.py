@@ -33,6 +33,8 @@ class Shown:
     assumed: str = ""
     axes: tuple[bool, bool] = (False, False)
     led: tuple[float, float] = (0.0, 0.0)
+    referenced: bool = False
+    """It was seen what the rates of GUIDE and CENTRE count from."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,12 @@ def _read(memory: Mapping[str, object]) -> Kept:
 def _shown(stored: object) -> Shown:
     kept = cast("Mapping[str, object]", stored)
     axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
-    return Shown(text(kept["assumed"]), (axes[0] is True, axes[1] is True), (number(led[0]), number(led[1])))
+    return Shown(
+        text(kept["assumed"]),
+        (axes[0] is True, axes[1] is True),
+        (number(led[0]), number(led[1])),
+        kept.get("referenced") is True,
+    )
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:

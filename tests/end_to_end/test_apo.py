@@ -143,6 +143,23 @@ def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
     assert off["satellite"] < (SATELLITE_UNSURE if offset_ms else ON_TARGET)
 
 
+@pytest.mark.parametrize(("kind", "rotator"), [("apo", "none"), ("sdss", "sky")])
+def test_a_satellite_that_is_not_up_yet_is_waited_for_with_the_rotator_and_met_as_planned(kind, rotator, tmp_path):
+    with apo_telescope(kind, tmp_path, **({"rotator__mode": rotator} if rotator != "none" else {})) as scope:
+        witness = ApoWitness(scope)
+        target = Overhead(scope.clock.now() + 300.0, math.radians(40.0), math.radians(3.0))
+        joined = Instant.from_utc_iso(scope.plan(target)["pass"]["joined_utc"]).posix()
+        scope.goto(target)
+        early = joined - scope.clock.now()
+        off = [witness.off_arcsec(target), *witness.tracked_arcsec(target, 10.0, 0.3)]
+        print(f"{kind}, rotator {rotator}: met {early:.2f} s before it was planned, {max(off):.4f}″ off at most")
+        assert abs(early) < 0.3  # a look
+        assert max(off) < ON_TARGET
+        assert not witness.dry()
+        if rotator != "none":
+            assert scope.status()["rotator"]["position_angle_deg"] == pytest.approx(0.0, abs=1e-5)
+
+
 def _off_a_satellite_at_arrival(scope, direction_deg, culmination_s):
     """Go to a satellite 3° from the zenith; return how far it is off it at the announced moment, arc seconds."""
     witness = ApoWitness(scope)
