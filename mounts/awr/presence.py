@@ -192,6 +192,7 @@ class Presence:
         for axis in parts.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
+            axis.forget_side()
         parts.drives.as_the_words_say(now)
         parts.pace.forget()
         if parts.drives.resting:
