@@ -48,7 +48,7 @@ _DECIDING = frozenset(
 
 def counted(configuration: Configuration) -> tuple[int, int]:
     """The lowest and the highest count at which an axis of the configured drive can stand."""
-    signed = kind_of(configuration).axes(configuration)[0].units == "microsteps"
+    signed = kind_of(configuration).axes(configuration)[0].units in {"microsteps", "steps"}
     return (-(2**31), 2**31 - 1) if signed else (0, 0xFFFFFF)
 
 

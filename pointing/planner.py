@@ -20,8 +20,7 @@ from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.remedy import OF_A_WAY, remedy
-from pointing.short_moves import NAME as SHORT_MOVES
-from pointing.short_moves import held
+from pointing.short_moves import held, too_fast
 from pointing.slew import Travel, arriving, travelled
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
@@ -93,8 +92,7 @@ class Planner(Geometry):
         postures = POSTURES if posture is None else (posture,)
         checks = self.no_placement(target, begin, postures) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
-        too_fast = (not check.ok and check.name.endswith(SHORT_MOVES) for check in checks)
-        search &= not any(too_fast)  # waiting slows nothing
+        search &= not any(map(too_fast, checks))
         free = self._free_from(target, start, timing, posture) if search else None
         advice = remedy(checks, free, searched=search)
         raise Unreachable(f"{target.name}: {reason}; {advice}", free, checks)
@@ -380,7 +378,7 @@ class Planner(Geometry):
         """Whether the drive can follow the target once it is there: near the pole of axis 1 it may not."""
         for axis, model, setup in zip(axes, timing.slew, self.axes, strict=True):
             degrees = setup.gearing.step_deg_float
-            needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
+            needed, most = abs(axis.rate_counts) * degrees, min(model.max_rate * degrees, math.degrees(setup.fastest))
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
             if (check := held(setup, axis.rate)) is not None:

@@ -9,7 +9,7 @@ from faults import mutilated
 
 from clockdrive.clock import VirtualClock
 from mounts.awr.drive import AwrDrive
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.settings import AwrSettings
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
@@ -109,7 +109,8 @@ class Bench(Wire):
 
     def __init__(self, settings=SETTINGS, unit=None, memory=None, **ways):
         super().__init__(unit, **ways)
-        self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "")
+        seen = Shown(settings.assumed, referenced=True)
+        self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "", seen)
         self.guard = Guard()
         self.drive = AwrDrive(self.unit, settings, self.kept, self._keep, self.guard)
 

@@ -9,14 +9,14 @@ import random
 import re
 from collections import Counter
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from awr_bench import SETTINGS, SIDEREAL, Guard, Mutilating
 
 from clockdrive.clock import VirtualClock
 from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.drive import AwrDrive
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.unit import Unit
@@ -148,12 +148,9 @@ class Night:
         self.seed, self.judged, self.rng = seed, judged, random.Random(seed)  # noqa: S311 - nothing secret
         self.deed = DEEDS[seed % len(DEEDS)] if deed is None else deed
         self.clock = VirtualClock(T0)
-        late = (
-            {"byte_delay": 0.01, "byte_delay_s": self.rng.choice((0.02, 0.05, 0.15))} if self.deed == "late" else {}
-        )
-        self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1, **late), T0)
+        self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
-        self.kept = at_park((0, 0), T0, "")
+        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
         self.rate, self.lost = rate, False
         self.due, self.until = [], T0
         self.alive = self.closed_until = 0.0
@@ -164,6 +161,9 @@ class Night:
         self.drive.sync((self.awr.true_position(1), self.awr.true_position(2)), now)
         self.watch()
         self.line.rate = rate
+        if self.deed == "late":
+            wear = replace(self.awr.settings, byte_delay=0.01, byte_delay_s=self.rng.choice((0.02, 0.05, 0.15)))
+            self.awr._inward._settings = self.awr._outward._settings = wear
         at = self.clock.now() + self.rng.uniform(0.0, 25.0)
         if self.deed not in {"none", "late", "saved"}:
             self.due = [(at, self.deed)]
@@ -366,8 +366,8 @@ class Night:
         self.poll(60.0, slewing=True)
 
     def save(self):
-        self.drive.soft_write("guide_up_counts", 50000)
-        self.drive.commit()
+        self.drive.hand.soft_write("guide_up_counts", 50000)
+        self.drive.hand.commit()
 
     def settle(self):
         """Look at the end of a goto, and have a position that was lost put right."""

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _NONE = Play()
-_SURELY = 0.95  # of half the play, by which an axis may be off whose side nobody knew when it was known
 
 
 class _Start(NamedTuple):
@@ -47,6 +46,8 @@ class AwrAxis:
         """That of its gears, as far as the unit does not take it up."""
         self.led: Callable[[float], None] = lambda steps: None  # noqa: ARG005 - until somebody wants to know
         """Told how many steps each key moved it."""
+        self.unsure: Callable[[], float] = lambda: 0.0
+        """By how many steps a second the key that moves it may be off, all the time the same way."""
         self._rate = 0.0
         self._reckoning = Reckoning(counts, time, uncertainty, 0.0, CLOCK_UNCERTAINTY)
         self._since, self._counts, self._side = time, counts, side  # when the motor was reckoned with the axis, where
@@ -126,6 +127,7 @@ class AwrAxis:
         after = self.play.pressed(side, drifted + way.steps, self.press.key, self._rate)
         fallen = self.play.lag(after) - self.play.lag(side)
         spread = math.hypot(start.uncertainty + abs(drifted) * CLOCK_UNCERTAINTY, TWO_SIDED_95 * way.sigma)
+        spread += self.unsure() * max(0.0, time - begin)
         self._stands(start.counts + drifted + way.steps - fallen, time, spread, after)
         self.press = self._begun = None
         self.led(way.steps)
@@ -156,6 +158,6 @@ class AwrAxis:
 
     def _doubt(self, side: float) -> float:
         """Steps, in 95 of 100 cases, by which the play makes unsure where it is."""
-        if self._known is None:
-            return _SURELY * abs(self.play.steps) / 2.0 if side else 0.0
+        if self._known is None:  # it was at either side then
+            return abs(self.play.steps) / 2.0 if side else 0.0
         return TWO_SIDED_95 * self.play.doubt(side, self._known)

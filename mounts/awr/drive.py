@@ -62,14 +62,8 @@ class AwrDrive:
         self.supervision, self.proof = parts.supervision, parts.proof
         self._presence = Presence(parts)
         self._slewing = Slewing(parts)
-        self.hand = hand = ByHand(parts, self._presence)
-        hand.recall(parts.kept.written)
-        self.soft_write, self.commit, self.discard, self.differing = (
-            hand.soft_write, hand.commit, hand.discard, hand.differing,
-        )  # fmt: skip
-        self.switch_relay, self.way_of, self.press, self.trial = (
-            hand.switch_relay, hand.way_of, hand.press, hand.trial,
-        )  # fmt: skip
+        self.hand = ByHand(parts, self._presence)
+        self.hand.recall(parts.kept.written)
 
     # What it is ------------------------------------------------------------------------------------------------
 

@@ -33,6 +33,8 @@ class Shown:
     assumed: str = ""
     axes: tuple[bool, bool] = (False, False)
     led: tuple[float, float] = (0.0, 0.0)
+    referenced: bool = False
+    """It was seen what the rates of GUIDE and CENTRE count from."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,15 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
-    """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
-    one, two = (KeptAxis(float(each), 0.0) for each in counts)
+def at_park(
+    counts: Sequence[float],
+    time: float,
+    meaning: str,
+    shown: Shown | None = None,
+    sides: tuple[float, float] = (1.0, 1.0),
+) -> dict[str, object]:
+    """What a driver remembers that has left its telescope at rest somewhere, synchronised, each motor at a side."""
+    one, two = (KeptAxis(float(each), 0.0, side=side) for each, side in zip(counts, sides, strict=True))
     return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
@@ -108,7 +116,12 @@ def _read(memory: Mapping[str, object]) -> Kept:
 def _shown(stored: object) -> Shown:
     kept = cast("Mapping[str, object]", stored)
     axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
-    return Shown(text(kept["assumed"]), (axes[0] is True, axes[1] is True), (number(led[0]), number(led[1])))
+    return Shown(
+        text(kept["assumed"]),
+        (axes[0] is True, axes[1] is True),
+        (number(led[0]), number(led[1])),
+        kept.get("referenced") is True,
+    )
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:

@@ -18,6 +18,8 @@ from mounts.awr.unit import Unit
 from mounts.awr.words import Words
 from mounts.beside import Guardian
 
+_COUNTED = frozenset({"guide", "centre"})  # speeds that are rates: of the motor, or beyond its drive
+
 
 @dataclass(frozen=True)
 class Parts:
@@ -53,12 +55,13 @@ class Parts:
         words = Words(unit, settings)
         words.ram = dict(kept.ram)
         supervision = Supervision(
-            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.last_rate, kept.index
+            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.undivided, kept.index
         )
         beside, proof = Attended(unit, guardian), Proof(settings, kept)
         keys = Holding(unit, beside, axes, settings.jitter, supervision.lose)
         if kept.delay_s is not None:
             keys.remember_delay(kept.delay_s)
+        one.unsure = lambda: 0.0 if proof.referenced or keys.speed not in _COUNTED else abs(one.rate)
         for axis in axes:
             axis.led = partial(proof.led, axis.index)
         return cls(

@@ -10,6 +10,14 @@ from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
 _COOKIE_EVERY_S = 2.0
+_OTHER_WORDS = (
+    "drive_ra holds {} counts at postscaler {}, otherwise than configured: give drive_ra_counts and "
+    "drive_ra_postscaler so in [drive], for `rates` to tell its registers"
+)
+_UNREFERENCED = (
+    'nobody has seen yet that rate_reference = "{}" is so, on which LEFT and RIGHT depend at GUIDE and CENTRE speed '
+    "while it tracks: what is stated of axis 1 covers the other, 15″ a second; `commission` finds it out"
+)
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 
@@ -57,21 +65,20 @@ class Presence:
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
-        if math.isfinite(away) and away > 0.0 and not parts.supervision.unsynchronised and parts.axes[0].rate:
-            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
 
     def doubt_drives(self, time: float) -> None:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
 
-        Called when its words are as they are to be; `time` is when it was connected.
-
-        Where the unit tells what they do now they may have done that all the while, as a dead-man process switches
-        them off. Where it does not it may have been switched off, and on, so that they go as they usually do.
+        Called when its words are as they are to be; `time` is when it was connected. Where the unit tells what they
+        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it
+        may have been switched off, and on, so that they go as they usually do.
         """
         parts, words = self._parts, self._parts.words
         if parts.supervision.unsynchronised or parts.kept.cookie is None:
             return
         away = parts.unit.now() - parts.kept.time
+        if parts.axes[0].rate and parts.axes[0].rate == words.speeds.drives[0]:
+            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
         why = OTHERWISE if words.tells_ram else UNTOLD
         for axis, now, usual, near in zip(
             parts.axes, words.speeds.drives, words.usual.drives, parts.settings.near, strict=True
@@ -105,8 +112,13 @@ class Presence:
         plays = [name for name in BACKLASHES if words.lasting.get(BY_NAME[name].address)]
         if plays:
             self.notes = (*self.notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        held = words.sidereal
+        if any(here not in {None, unit} for here, unit in zip(self._parts.settings.drive_ra, held, strict=True)):
+            self.notes = (*self.notes, _OTHER_WORDS.format(*held))
         if wrong := words.usual.contradiction():
             self.notes = (*self.notes, wrong)
+        if not self._parts.proof.referenced:
+            self.notes = (*self.notes, _UNREFERENCED.format(self._parts.settings.rate_reference))
         if not words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self.notes = (*self.notes, said)
@@ -122,7 +134,7 @@ class Presence:
         status, supervision = self._parts.unit.status(), self._parts.supervision
         if status is None:
             return
-        supervision.relays = status.relays
+        supervision.switched(status.relays)
         if status.override != supervision.stopped:
             supervision.take([Happened(Override(stopped=status.override), time)])
             self._parts.drives.held(time, stopped=supervision.stopped)

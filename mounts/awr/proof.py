@@ -13,7 +13,7 @@ from mounts.errors import DriveRefused
 
 _LEAST = 0.4  # of the farthest unconfirmed way, that a sync must follow to tell anything
 _AGREES = 0.05  # of the way by keys, by which a sync that confirms it may move the position
-_UNITS = "drive.frequency_unit"
+_UNITS, _REFERENCE = "drive.frequency_unit", "drive.rate_reference"
 _KEYS = ({_UNITS, "axis1.reversed"}, {_UNITS, "axis2.reversed", "axis2.steps_per_degree"})
 
 
@@ -34,10 +34,14 @@ class Proof:
         self._seen = list(shown.axes) if shown.assumed == settings.assumed else [False, False]
         self._led = list(shown.led) if shown.assumed == settings.assumed else [0.0, 0.0]
 
+        self.referenced = shown.referenced and shown.assumed == settings.assumed
+        """It was seen what the rates of GUIDE and CENTRE count from: by `commission`, as a sync is too coarse."""
+
     @property
     def shown(self) -> Shown:
         """As it is remembered."""
-        return Shown(self._settings.assumed, (self._seen[0], self._seen[1]), (self._led[0], self._led[1]))
+        seen, led = (self._seen[0], self._seen[1]), (self._led[0], self._led[1])
+        return Shown(self._settings.assumed, seen, led, self.referenced)
 
     def led(self, axis: int, steps: float) -> None:
         """A key moved an axis."""
@@ -59,6 +63,7 @@ class Proof:
         """A commissioning has confirmed these keys of the configuration."""
         for axis, needed in enumerate(_KEYS):
             self._seen[axis] = self._seen[axis] or needed <= set(keys)
+        self.referenced = self.referenced or _REFERENCE in keys
 
     def void(self) -> None:
         """The words or senses of the unit were changed."""

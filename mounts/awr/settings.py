@@ -22,6 +22,8 @@ class AwrSettings:
         Steps a second, and a second squared, of one unit of those registers.
     rate_reference : str
         Whether guide and centre rates are those of the motor, or on the sky.
+    drive_ra : tuple of int, optional
+        Counts and postscaler that the unit holds for the sidereal rate, as configured.
     jitter : Jitter
         By how much keys and events are off their times.
     fastest : tuple of float
@@ -40,6 +42,7 @@ class AwrSettings:
     frequency_unit: float = 1.0
     acceleration_unit: float = 1.0
     rate_reference: RateReference = "motor"
+    drive_ra: tuple[int | None, int | None] = (None, None)
     jitter: Jitter = field(default_factory=Jitter)
     fastest: tuple[float, float] = (math.inf, math.inf)
     near: tuple[float, float] = (math.inf, math.inf)

@@ -48,8 +48,8 @@ RECALIBRATED = (
     "with the factory sheet, then `sync` on a known star"
 )
 _DIVISION = (
-    "{}: {} holds what the unit cannot divide by, the rate register written last; `drive reload` takes the "
-    "non-volatile words again"
+    "{}: {} holds what the unit cannot divide by; `drive reload` takes the non-volatile words again, `drive set` "
+    "others"
 )
 
 
@@ -62,15 +62,15 @@ class Supervision:
         Why nobody knows where the axes are; empty where that is known.
     place : callable
         Where axis 1 is at a time, for the index of the worm.
-    last_rate : callable
-        The rate register that was written last.
+    undivided : callable
+        The rate register that it cannot divide by.
     """
 
     def __init__(
         self,
         unsynchronised: str,
         place: Callable[[float], float],
-        last_rate: Callable[[], Register | None],
+        undivided: Callable[[], Register | None],
         index: tuple[float, float] | None = None,
     ) -> None:
         self.unsynchronised = unsynchronised
@@ -80,22 +80,34 @@ class Supervision:
         """It began anew, and nobody has looked at its words since."""
         self.index = index
         """When the worm of axis 1 passed its index last, and where the axis was."""
-        self.relays = 0
-        """Those that are on, bit by bit."""
+        self.relays: int | None = None
+        """Those that are on, bit by bit; None where nobody knows."""
         self.lines: Lines | None = None
         self.backlash: tuple[bool | None, bool | None] = (None, None)
         """The sense in which the play of each axis was taken up last."""
         self._place = place
-        self._last_rate = last_rate
+        self._undivided = undivided
         self._notes: list[str] = []
         self._untold: list[str] = []
         self._fault = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was seen, the newest last, and which relays are on."""
-        on = [str(number) for number in RELAYS if self.relays >> number - 1 & 1]
-        return (*self._notes, *((f"relays on: {', '.join(on)}",) if on else ()))
+        """What was seen, the newest last, and how relays and input lines are now."""
+        return (*self._notes, *self._relays_now(), *((self.lines.said,) if self.lines is not None else ()))
+
+    def _relays_now(self) -> tuple[str, ...]:
+        if self.relays is None:
+            return ()
+        states = (f"{number} {'on' if self.relays >> number - 1 & 1 else 'off'}" for number in RELAYS)
+        return (f"relays: {', '.join(states)}",)
+
+    def switched(self, relays: int) -> None:
+        """These relays are on, bit by bit; a change is an event."""
+        if relays != (self.relays or 0):
+            self.relays = relays
+            self._untold += self._relays_now()
+        self.relays = relays
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -119,7 +131,7 @@ class Supervision:
                 self.index = each.time, self._place(each.time)
             elif isinstance(event, Lines):
                 self.lines = event
-                self.note(f"input lines high: {event.high or 'none'}")
+                self._untold.append(event.said)
             elif isinstance(event, Backlash):
                 one, two = self.backlash
                 self.backlash = (event.on, two) if event.axis == 0 else (one, event.on)
@@ -132,7 +144,7 @@ class Supervision:
         elif error.code == _OVERFLOW:
             self.lose(OVERFLOWED.format(said))
         elif error.is_division:
-            register = self._last_rate()
+            register = self._undivided()
             name = "a rate register" if register is None else f"{register.name} ({register.address:02X})"
             self._fault = _DIVISION.format(said, name)
             self.note(self._fault)

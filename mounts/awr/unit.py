@@ -183,7 +183,7 @@ class Unit:
         unheard = max(0.0, begun - since) if at_once else 0.0
         self._listened = since if data and at_once else now
         answers = []
-        for packet in self._packets.feed(data, self.now()):
+        for packet in self._packets.feed(data, self.now(), unheard):
             said: Message = decoded(packet.text)
             if isinstance(said, Strange):
                 self.damaged += 1

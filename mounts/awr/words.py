@@ -83,6 +83,12 @@ class Words:
                 self.soft_write(BY_ADDRESS[address], self.ram[address])
 
     @property
+    def undivided(self) -> Register | None:
+        """The rate register that the unit cannot divide by: one below the least, else the one written last."""
+        rates = (register for register in REGISTERS if register.is_counts and register.address in self.ram)
+        return next((each for each in rates if self.ram[each.address] < each.lowest), self.last_rate)
+
+    @property
     def changed(self) -> dict[int, int]:
         """The words that RAM holds otherwise than the non-volatile memory, by address."""
         return {a: v for a, v in self.ram.items() if self.lasting.get(a) != v}
@@ -130,6 +136,11 @@ class Words:
                 self.soft_write(register, steps)
                 new = True
         return new
+
+    @property
+    def sidereal(self) -> tuple[int, int]:
+        """Counts and postscaler of the sidereal rate."""
+        return self.lasting[_DRIVES[0]], Flags.of(self.lasting[_DRIVES[1]]).postscaler
 
     @property
     def tracks(self) -> int:

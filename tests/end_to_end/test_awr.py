@@ -66,7 +66,7 @@ def test_the_moon_is_tracked_by_the_drive_registers(tmp_path):
 def test_a_target_too_fast_to_be_left_alone_is_refused_before_a_key_is_pressed(tmp_path):
     with opened(tmp_path) as scope:
         star = star_at(scope, 60.0, 50.0)
-        with pytest.raises(DriveError, match=r"axis 2 would have to go at \+750 steps/s"):
+        with pytest.raises(Unreachable, match=r"axis2 tracks at 0\.062\d*°/s, the drive reaches 0\.017°/s"):
             scope.goto(star, rate_arcsec_s=(0.0, 0.0625 * 3600.0))
         assert scope.simulator.ram[0x01] == scope.simulator.lasting[0x01]
         assert scope.simulator.keys == [0, 0]
@@ -151,7 +151,7 @@ def test_sync_repairs_what_the_override_spoilt_and_the_event_log_tells_of_it(tmp
         told = " ".join(event.text for event in scope.events() if event.kind == "drive")
     assert "override input stopped" in told
     assert "override was lifted" in told
-    assert "lines high: AC" in told
+    assert "input lines: A high, B low, C high" in told
     assert "relay_3 set to on" in told
 
 
@@ -172,7 +172,7 @@ def test_words_relays_and_keys_are_in_a_persons_hands(tmp_path):
         assert dict(unit.wear) == {0x05: 1}
         drive.set("relay_2", "on")
         assert unit.relays == 2
-        assert "relays on: 2" in scope.status().json["notes"]
+        assert "relays: 1 off, 2 on, 3 off" in scope.status().json["notes"]
         unit.advance(scope.clock.now())
         before = unit.true_position(1)
         drive.raw("axis1", "LEFT guide 1.0")
@@ -347,14 +347,17 @@ def test_random_gotos_end_as_near_as_surely_and_as_soon_as_is_said(tmp_path, sta
     assert not FULL or 0.93 <= share <= 0.97  # fewer say little of it
 
 
-def test_play_of_the_gears_is_taken_up_as_configured(tmp_path):
+@pytest.mark.parametrize("firmware", [0.77, 0.57], ids=["by blips", "by presses"])
+def test_play_of_the_gears_is_taken_up_as_configured(tmp_path, firmware):
     ours = {"axis1.backlash_arcsec": 60.0, "axis2.backlash_arcsec": 60.0}
     simulated = {"simulator.backlash_arcsec": 60.0, "simulator.takes_up_backlash": False}
-    with opened(tmp_path, **ours, **simulated) as scope:
+    with opened(tmp_path, **ours, **simulated, simulator__firmware=firmware) as scope:
         worst = 0.0
-        for azimuth, altitude in ((20.0, 60.0), (340.0, 50.0), (10.0, 55.0)):
+        for azimuth, altitude in ((20.0, 60.0), (340.0, 50.0)):
             scope.goto(star_at(scope, azimuth, altitude))
             worst = max(worst, *map(abs, off_arcsec(scope)))
-        print(f"\nthree gotos with plays of 60″: {worst:.2f}″ off at most")
+        scope.wait(30.0)
+        worst = max(worst, *map(abs, off_arcsec(scope)))
+        print(f"\ntwo gotos with plays of 60″: {worst:.2f}″ off at most")
         assert worst < 3.0 * GUIDE_STEP_ARCSEC
         assert not scope.simulator.wear

@@ -32,6 +32,7 @@ _HASTY_S = 0.12  # likewise while a release is near: with what the release takes
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
+    drive = drive_of(configuration)
     one, two = (
         Axis(
             f"axis{i + 1}",
@@ -40,7 +41,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
-            words=AwrWords(),
+            words=AwrWords(i, drive.sidereal_steps_per_s, drive.drive_ra_counts, drive.drive_ra_postscaler),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
@@ -123,8 +124,9 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
         for name in ("frequency_unit", "acceleration_unit", "sidereal_steps_per_s")
     )
     seen = alike and not unit.reversed1, alike and not unit.reversed2
-    shown = Shown(settings(configuration).assumed, seen)
-    return at_park(park_counts(configuration), time, meaning(configuration), shown)
+    shown = Shown(settings(configuration).assumed, seen, referenced=unit.rate_reference == drive.rate_reference)
+    sides = -1.0 if unit.reversed1 else 1.0, -1.0 if unit.reversed2 else 1.0
+    return at_park(park_counts(configuration), time, meaning(configuration), shown, sides)
 
 
 def by_hand(at_rest: "AtRest") -> "AwrByHand":

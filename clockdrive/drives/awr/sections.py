@@ -12,6 +12,8 @@ class AwrDriveSection(DriveSection):
     """`[drive]`."""
 
     sidereal_steps_per_s: float
+    drive_ra_counts: int | None
+    drive_ra_postscaler: int | None
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]

@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import zipfile
@@ -14,7 +15,7 @@ from astropy.table import Table
 from mpc_lines import COMETS
 from satellites import NO_DRAG, lines
 
-from clockdrive.cli import display, main
+from clockdrive.cli import command_line, display, main
 from pointing import kernel
 
 SITE = """
@@ -436,9 +437,44 @@ def test_a_plan_from_given_counts_loads_no_link_no_owner_and_no_other_drive():
     assert "[] " in run.stderr
 
 
+INTERRUPTED_LOADING = """
+import sys
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == sys.argv[1]:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupting())
+from clockdrive.cli import main
+sys.exit(main(["status"]))
+"""
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["clockdrive.cli.command_line", "clockdrive.cli.commands", "clockdrive.configuration", "pointing.errors"],
+)
+def test_an_interruption_while_the_command_is_loaded_ends_it_without_a_word(module):
+    command = [sys.executable, "-P", "-c", INTERRUPTED_LOADING, module]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_an_interruption_that_a_compiled_module_takes_for_its_own_failure_is_one_all_the_same(monkeypatch, capsys):
+    def loading(_args):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("numpy._core.multiarray failed to import") from None
+
+    monkeypatch.setitem(command_line.COMMANDS, "status", loading)
+    assert main(["status"]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+
+
 def test_what_a_running_owner_answers_needs_no_mathematics_here():
     code = (
-        "import sys, clockdrive.cli.main, clockdrive.cli.commands, clockdrive.owner, clockdrive.control_socket; "
+        "import sys, clockdrive.cli.command_line, clockdrive.cli.commands, clockdrive.owner; "
+        "import clockdrive.control_socket; "
         "print([name for name in ('numpy', 'erfa', 'astropy') if name in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, timeout=60)

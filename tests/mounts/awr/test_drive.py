@@ -255,11 +255,11 @@ def test_a_key_that_is_not_heard_is_said_and_leaves_nobody_armed():
     receive = bench.awr.receive
     bench.awr.receive = lambda data, t: b"" if data == b":1#" else receive(data, t)
     with pytest.raises(AwrError, match="did not hear UP"):
-        bench.drive.press("UP", "move", 0.5)
+        bench.drive.hand.press("UP", "move", 0.5)
     assert not bench.guard.armed
     assert not bench.read().unsynchronised
     bench.awr.receive = receive
-    bench.drive.press("UP", "move", 0.5)
+    bench.drive.hand.press("UP", "move", 0.5)
     assert bench.true()[1] > 400.0
 
 
@@ -294,6 +294,32 @@ def test_a_division_names_the_register_written_last():
     reading = bench.read()
     assert "guide_left_counts (09)" in reading.alarms[0]
     assert "drive reload" in reading.alarms[0]
+
+
+def test_a_division_names_a_register_that_holds_no_counts_whatever_was_written_last():
+    bench = Bench(unit=SimulatorSettings(words={**factory(), 0x0F: 15}))
+    bench.connect(make_safe=True)
+    bench.awr._say("e8")
+    bench.clock.sleep(0.1)
+    assert "centre_left_counts (0F)" in bench.read().alarms[0]
+
+
+def test_relays_and_input_lines_stand_in_the_notes_and_each_change_is_an_event():
+    bench = Bench()
+    bench.connect()
+    assert "relays: 1 off, 2 off, 3 off" in bench.drive.notes
+    assert not bench.drive.told()
+    bench.drive.hand.switch_relay(2, on=True)
+    assert bench.drive.told() == ("relays: 1 off, 2 on, 3 off",)
+    bench.awr.relays = 0b101  # by the hand box
+    bench.awr.levels("ACDE")
+    bench.clock.sleep(11.0)
+    bench.read()
+    lines = "input lines: A high, B low, C high, D high, E high, F low"
+    assert set(bench.drive.told()) == {lines, "relays: 1 on, 2 off, 3 on"}
+    assert {lines, "relays: 1 on, 2 off, 3 on"} <= set(bench.drive.notes)
+    assert not bench.drive.told()
+    assert bench.drive.registers()["input_lines"] == lines.removeprefix("input lines: ")
 
 
 def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
@@ -364,6 +390,14 @@ def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
     bench = Bench(latency_s=0.25)
     with pytest.raises(NoAnswer, match="a longer timeout_s"):
         bench.connect()
+
+
+@pytest.mark.parametrize(("words", "said"), [((18000, 4), False), ((17000, 4), True), ((18000, 2), True)])
+def test_a_drive_ra_that_is_otherwise_than_configured_is_said(words, said):
+    bench = Bench(replace(SETTINGS, drive_ra=words))
+    bench.connect()
+    told = "drive_ra holds 18000 counts at postscaler 4, otherwise than configured"
+    assert any(told in note for note in bench.drive.notes) == said
 
 
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():

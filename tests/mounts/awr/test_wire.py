@@ -178,6 +178,16 @@ def test_a_packet_that_came_on_the_heels_of_another_says_how_long_it_may_have_wa
     assert alone.behind_s == 0.0
 
 
+def test_bytes_that_waited_for_a_listener_may_have_come_on_the_heels_of_those_before():
+    byte = 1.0 / 960.0
+    for unheard_s, behind in ((0.0, 0.0), (3.0 * byte, 14.8 * byte)):  # three bytes of a key were being sent
+        packets = Packets(byte)
+        packets.feed(b":W1\r\n#dbg 21\r\n", 100.0)
+        packets.feed(b":X0", 100.0 + 3.8 * byte, unheard_s)
+        (one,) = packets.feed(b"1\r\n#", 100.0 + 7.8 * byte)
+        assert one.behind_s == pytest.approx(behind, abs=1e-6)
+
+
 def test_debug_text_is_kept_apart():
     packets = Packets()
     packets.feed(b"boot 12\r\n:Y\r\n#tick\r\n", 0.0)
