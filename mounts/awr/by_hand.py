@@ -188,6 +188,35 @@ class ByHand:
         """
         self._press(name, cast("Speed", speed), seconds, self._parts.pace.present)
 
+    def try_drive(self) -> tuple[float, float, float]:
+        """Have the drive of axis 2 go at a postscaler far from the usual one, to find out what that does.
+
+        Returns
+        -------
+        rate, fraction, time : float
+            Steps a second, by which fraction they are others should it be read the other way, and since when.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            The unit does not take it, or does not answer.
+        """
+        parts = self._parts
+        words = parts.words.speeds.tried_out(1)
+        parts.drives.go_by(1, words)
+        return parts.words.speeds.of(words), parts.words.speeds.unsure(words), parts.unit.now()
+
+    def end_drive(self) -> float:
+        """Switch both drives off; return the POSIX time.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `try_drive`.
+        """
+        self._parts.drives.rest()
+        return self._parts.unit.now()
+
     def trial(self, name: str, speed: str, seconds: float, *, tracking: bool = False) -> tuple[Trial, float]:
         """Hold a key to find out what it does, at rest or while axis 1 tracks; return it, and how long it tracked.
 

@@ -12,6 +12,7 @@ from mounts.awr.registers import BY_NAME
 from mounts.commissioning import Finding, Step, Steps, judged
 
 _MOVE_S, _SLEW_S, _CENTRE_S = 2.0, 1.0, 2.0
+_DRIVEN_S = 15.0
 _PLAY_S, _TAKING_UP_S = 1.0, 0.5
 _PLAY_SIGNIFICANCE = 3.0
 _SIGNIFICANCE = 4.0  # standard deviations that are a difference
@@ -32,6 +33,7 @@ def _units(bench: Any) -> Steps[list[Finding]]:  # noqa: ANN401 - the applicatio
     findings.append((yield from _acceleration(bench, unit)))
     findings.append((yield from _reference(bench)))
     findings.append((yield from _declination(bench, unit)))
+    findings.append((yield from _postscaler(bench)))
     wrong = [each.key for each in findings if each.verdict == "refuted"]
     if wrong:
         bench.drive.refuted(_REFUTED.format(" and ".join(wrong)))
@@ -124,6 +126,32 @@ def _reference(bench: Any) -> Steps[Finding]:  # noqa: ANN401
     said = f"{steps:.0f} steps west, {ways['motor']:.0f} were they the motor's, {ways['sky']:.0f} on the sky"
     unsure = math.hypot(sigma * bench.counts_per_deg(0), 0.1 * sidereal)
     if abs(ways["sky"] - ways["motor"]) < 2.0 * _SIGNIFICANCE * unsure:
+        return Finding(subject, "untested", f"{said}; use a more exact witness", key, configured)
+    return Finding(subject, judged(found == configured), said, key, configured, found)
+
+
+def _postscaler(bench: Any) -> Steps[Finding]:  # noqa: ANN401
+    """At a postscaler far from the usual one the drive of axis 2 goes at the rate that is reckoned, or at another."""
+    subject, key = "postscaler", "drive.postscaler"
+    before = yield from bench.look()
+    if before.sky_deg is None:
+        return Finding(subject, "untested", _NO_WITNESS, key)
+    configured = str(bench.configured(key))
+    drive, other = bench.drive, "plus-one" if configured == "times" else "times"
+    rate, fraction, began = drive.hand.try_drive()
+    try:
+        yield _DRIVEN_S
+    finally:
+        seconds = drive.hand.end_drive() - began
+    bench.session.poll()
+    after = yield from bench.look()
+    degrees = abs(math.remainder(after.sky_deg[1] - before.sky_deg[1], 360.0))
+    ways = {configured: rate * seconds, other: rate * (1.0 + fraction) * seconds}
+    steps = degrees * bench.counts_per_deg(1)
+    found = min(ways, key=lambda name: abs(ways[name] - steps))
+    said = f"{steps:.0f} steps in {seconds:.1f} s, {ways['times']:.0f} for times, {ways['plus-one']:.0f} for plus-one"
+    sigma = math.hypot(math.sqrt(2.0) * after.sigma_arcsec, _MECHANICS_ARCSEC) / 3600.0 * bench.counts_per_deg(1)
+    if abs(ways[other] - ways[configured]) < _SIGNIFICANCE * sigma:
         return Finding(subject, "untested", f"{said}; use a more exact witness", key, configured)
     return Finding(subject, judged(found == configured), said, key, configured, found)
 

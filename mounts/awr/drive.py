@@ -137,8 +137,8 @@ class AwrDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        late = self.keys.punctuality.note
-        return (*self._presence.notes, *self.supervision.notes, *((late,) if late else ()))
+        unsure = (self.keys.punctuality.note, self._parts.drives.note)
+        return (*self._presence.notes, *self.supervision.notes, *filter(None, unsure))
 
     def told(self) -> tuple[str, ...]:
         """What the unit told since this was asked last, for the event log."""

@@ -49,6 +49,23 @@ class DriveRates:
         """Whether they are to be off, not only slow."""
 
     @property
+    def note(self) -> str:
+        """What a person should know of the rates in force; empty where they are sure."""
+        unsure = [(axis.index + 1, each) for axis in self._axes if (each := self._unsure(axis.index))]
+        if not unsure:
+            return ""
+        by = " and ".join(f"axis {number} by {abs(fraction):.0%}" for number, fraction in unsure)
+        return (
+            f"the drive goes at another postscaler than the sidereal rate, and nobody has seen that it divides as "
+            f"[drive] postscaler says; were it read the other way its rate would be another, {by}: `commission`"
+        )
+
+    def _unsure(self, index: int) -> float:
+        """Fraction by which the rate in force is another, signed, should the postscaler be read the other way."""
+        known = self._proof.scaled or not self._axes[index].rate
+        return 0.0 if known else self._words.speeds.unsure(self._words.speeds.drive_words(index))
+
+    @property
     def in_doubt(self) -> bool:
         """Whether nobody knows which rate is in force."""
         return bool(self._doubts)
@@ -64,6 +81,16 @@ class DriveRates:
         self.resting = resting
         for index, rate in enumerate(rates):
             self.drive_at(index, rate)
+
+    def go_by(self, index: int, words: RateWords) -> None:
+        """Have a drive go by such words.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `drive_at`.
+        """
+        self._write(index, words)
 
     def drive_at(self, index: int, rate: float) -> None:
         """Have a drive go at the rate nearest to one, steps a second, that its words can make.
@@ -199,5 +226,6 @@ class DriveRates:
         if late > self._unit.timeout_s + 2.0 * self._unit.delay_s and going != axis.rate:
             here = axis.at(time)
             axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
-        unsure = 0.0 if self._proof.scaled else self._words.speeds.unsure(self._words.speeds.drive_words(axis.index))
-        axis.drives_at(going, time, unsure if going else 0.0)
+        known = self._proof.scaled or not going
+        unsure = 0.0 if known else self._words.speeds.unsure(self._words.speeds.drive_words(axis.index))
+        axis.drives_at(going, time, abs(unsure))

@@ -115,9 +115,9 @@ class Speeds:
         return RateWords(min(_MOST_COUNTS, max(_LEAST_COUNTS, round(counts))), flags)
 
     def unsure(self, words: RateWords) -> float:
-        """Fraction by which the rate of such words is another, should the postscaler be read the other way."""
+        """Fraction by which the rate of such words is another, signed, were the postscaler read the other way."""
         rate = self.of(words)
-        return abs(replace(self, settings=self.settings.otherwise).of(words) / rate - 1.0) if rate else 0.0
+        return replace(self, settings=self.settings.otherwise).of(words) / rate - 1.0 if rate else 0.0
 
     def of(self, words: RateWords) -> float:
         """Steps a second of such words."""

@@ -10,6 +10,7 @@ CASES = [
     ({"simulator.frequency_unit": 0.5}, {"frequency unit": 0.5}),
     ({"simulator.acceleration_unit": 2.0}, {"acceleration unit": 2.0}),
     ({"simulator.rate_reference": "sky"}, {"rate reference": "sky"}),
+    ({"simulator.postscaler": "plus-one"}, {"postscaler": "plus-one"}),
     ({"simulator.reversed2": True}, {"axis2 sense": True}),
     (
         {"simulator.backlash_arcsec": 60.0, "simulator.takes_up_backlash": False, "axis2.backlash_arcsec": 60.0},
