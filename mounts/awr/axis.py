@@ -98,9 +98,13 @@ class AwrAxis:
         self._settle(time)
         self.play = play
 
-    def drives_at(self, rate: float, time: float) -> None:
-        """Its drive goes at another rate from a time on."""
+    def drives_at(self, rate: float, time: float, unsure: float = 0.0) -> None:
+        """Its drive goes at another rate from a time on, which may be another one by a fraction."""
         self._settle(time)
+        if self.press is None and self._reckoning.rate_uncertainty != CLOCK_UNCERTAINTY + unsure:
+            here = self._reckoning.at(time)
+            self._reckoning.halted(here.counts, time, here.uncertainty)
+            self._reckoning.rate_uncertainty = CLOCK_UNCERTAINTY + unsure
         self._rate = rate
         self._reckoning.goes_on(rate, time)
 
@@ -126,8 +130,8 @@ class AwrAxis:
         drifted = self._rate * (time - begin)
         after = self.play.pressed(side, drifted + way.steps, self.press.key, self._rate)
         fallen = self.play.lag(after) - self.play.lag(side)
-        spread = math.hypot(start.uncertainty + abs(drifted) * CLOCK_UNCERTAINTY, TWO_SIDED_95 * way.sigma)
-        spread += self.unsure() * max(0.0, time - begin)
+        before = start.uncertainty + abs(drifted) * self._reckoning.rate_uncertainty
+        spread = math.hypot(before, TWO_SIDED_95 * way.sigma) + self.unsure() * max(0.0, time - begin)
         self._stands(start.counts + drifted + way.steps - fallen, time, spread, after)
         self.press = self._begun = None
         self.led(way.steps)

@@ -226,6 +226,7 @@ class AwrDrive:
             if self._presence.is_lost():
                 self._began_anew()
             self._presence.ask_status(self.unit.now())
+        self._take_events()  # those that came meanwhile as well
         return self._reading()
 
     def _require_guarded(self) -> None:

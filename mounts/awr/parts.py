@@ -74,7 +74,7 @@ class Parts:
             supervision=supervision,
             beside=beside,
             keys=keys,
-            drives=DriveRates(unit, words, axes, beside),
+            drives=DriveRates(unit, words, axes, beside, proof),
             pace=Pace(unit, words, settings),
             proof=proof,
             remember=remember,

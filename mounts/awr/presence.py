@@ -5,7 +5,17 @@ import math
 from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
 from mounts.awr.registers import BY_NAME
-from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, STATED, SWITCHED, TURNED_BACK, UNTOLD
+from mounts.awr.supervision import (
+    COMMITTED,
+    LOST_BY,
+    OTHERWISE,
+    OVERWRITTEN,
+    RECALIBRATED,
+    STATED,
+    SWITCHED,
+    TURNED_BACK,
+    UNTOLD,
+)
 from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
@@ -154,6 +164,9 @@ class Presence:
         """
         words = self._parts.words
         self._asked = self._parts.unit.now()
+        for name, (now, was) in words.overwritten.items():
+            self._parts.supervision.note(OVERWRITTEN.format(name, now, was))
+        words.overwritten.clear()
         if words.was_committed():
             self._parts.supervision.note(COMMITTED)
         if self.cookie is None or words.is_there(self.cookie):
