@@ -296,6 +296,10 @@ _DRIVE = (
         0, 1e6, above=True, drives=_AWR),
     Key("drive", "rate_reference", "text", "motor", "what guide and centre rates are counted from",
         choices=("motor", "sky"), drives=_AWR),
+    Key("drive", "postscaler", "text", "times", "a rate falls with its postscaler, or with one more than that",
+        choices=("times", "plus-one"), drives=_AWR),
+    Key("drive", "reads_ram", "flag", default=True, meaning="a read with bit 7 is taken for the word in RAM",
+        drives=_AWR),
 )
 _MOUNT = (
     Key("mount", "type", "text", Computed("altaz-fork for apo and sdss, else equatorial-fork", _mount_type),
@@ -505,6 +509,8 @@ _SIMULATOR = (
         1e6, above=True, drives=_AWR),
     Key("simulator", "rate_reference", "text", "motor", "what its guide and centre rates are counted from",
         choices=("motor", "sky"), drives=_AWR),
+    Key("simulator", "postscaler", "text", "times", "what its rates truly fall with", choices=("times", "plus-one"),
+        drives=_AWR),
     Key("simulator", "firmware", "number", 0.77, "its firmware, as the label has it", "", 0, 99.99, drives=_AWR),
     Key("simulator", "press_jitter_s", "number", 0.005, "by how much its keys act off their time, root mean square",
         "s", 0, 0.1, drives=_AWR),
@@ -519,6 +525,8 @@ _SIMULATOR = (
     Key("simulator", "takes_up_backlash", "flag", default=True, meaning="its words take up what play it has",
         drives=_AWR),
     Key("simulator", "reads_ram", "flag", default=True, meaning="it tells what its RAM holds", drives=_AWR),
+    Key("simulator", "reads_plain", "flag", default=False, meaning="it tells the non-volatile word instead",
+        drives=_AWR),
     Key("simulator", "seed", "integer", 1, "of everything random in it", "", 0, 2**31 - 1),
 )
 # fmt: on

@@ -19,6 +19,7 @@ from mounts.awr.drive import AwrDrive
 from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
+from mounts.awr.uncertainty import Jitter
 from mounts.awr.unit import Unit
 from mounts.deadman_process import QUICK_ATTEMPTS, QUICK_PAUSE_S, confirm, send_at_once
 from mounts.drive import AxisSlew
@@ -30,7 +31,7 @@ T0 = 1_800_000_000.0
 BAUD = 9600
 RATE = 0.05  # of packets and writes that something happens to
 DEEDS = ("none", "late", "closed", "killed", "saved", "override", "reset", "power cut")
-SILENCE_S, HASTY_S = 0.7, 0.12  # of the dead-man process, as `clockdrive/drives/awr/kind.py` has them
+SILENCE_S, HASTY_S, EASY_S = 0.7, 0.12, 10.0  # of the dead-man process, as `clockdrive/drives/awr/kind.py` has them
 WRITTEN = 0x05  # the word that `drive save` keeps
 GROSS = 2.55  # times the stated 95 %: five standard deviations, which is no chance
 
@@ -68,7 +69,7 @@ class DeadMan(Guard):
 
     @property
     def due(self):
-        return self.last + (HASTY_S if self.hasty else SILENCE_S)
+        return self.last + (HASTY_S if self.hasty else EASY_S if self.easy else SILENCE_S)
 
     def beat(self):
         self.late += self.armed and self.clock.now() > self.due
@@ -78,6 +79,10 @@ class DeadMan(Guard):
     def arm(self):
         super().arm()
         self.last = self.clock.now()
+
+    def start(self):
+        super().start()
+        self.fate = ""
 
     def hasten(self):
         super().hasten()
@@ -119,22 +124,24 @@ class Judged:
     needed: int = 0  # of them after a deed that nobody could look behind
     runs_lost: int = 0
     late_s: float = 0.0  # keys held beyond their plan, but for those that nobody pressed
-    forged_s: float = 0.0  # those
+    dead_s: float = 0.0  # likewise, released by a dead-man process or after it
+    forged_s: float = 0.0  # those that a changed command pressed or did not release
     commands: Counter = field(default_factory=Counter)  # that the unit obeyed and nobody gave
     misled: set = field(default_factory=set)  # runs in which such a one made a position wrong
     worn: Counter = field(default_factory=Counter)  # words kept for good, by a command that was given
     forged: Counter = field(default_factory=Counter)  # likewise, by one that was not
     unsaid: list = field(default_factory=list)  # runs in which nobody said so
-    blind_s: float = 0.0  # until it was noticed that the power was cut
+    blind_s: float = 0.0  # until a stop, a reset or a power cut was noticed
 
     def __str__(self):
         rows = (
             f"{self.readings} readings, {self.beyond / max(1, self.readings):.2%} beyond what is stated",
             f"axes after a goto {dict(self.ends)}; grossly wrong {self.gross[:9]}",
-            f"keys at most {self.late_s * 1e3:.0f} ms late, those that nobody pressed {self.forged_s * 1e3:.0f} ms",
+            f"keys at most {self.late_s * 1e3:.0f} ms late, {self.dead_s * 1e3:.0f} ms by a dead-man process",
+            f"those that a changed command pressed or did not release {self.forged_s * 1e3:.0f} ms",
             f"worn {dict(self.worn)}, by damaged commands {dict(self.forged)}, unsaid {self.unsaid}",
             f"commands that nobody gave {dict(self.commands)}, by which {len(self.misled)} positions were wrong",
-            f"a power cut unnoticed for {self.blind_s:.1f} s",
+            f"a stop, reset or power cut unnoticed for {self.blind_s:.1f} s",
             f"unknown in {self.runs_lost} runs, after {sum(self.why.values())} gotos, as it must be {self.needed}",
             *(f"{count:4} {why}" for why, count in self.why.most_common()),
         )
@@ -152,7 +159,7 @@ class Night:
         self.line = Forging(self.awr, seed, 0.0)
         self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
         self.rate, self.lost = rate, False
-        self.due, self.until = [], T0
+        self.due, self.until, self.said = [], T0, set()
         self.alive = self.closed_until = 0.0
         self.program()
         self.drive.connect(T0, make_safe=False)
@@ -175,7 +182,9 @@ class Night:
         self.alive = True
         self.guard = DeadMan(self.clock)
         self.unit = Unit(self.opened, self.clock, BAUD)
-        self.drive = AwrDrive(self.unit, SETTINGS, self.kept, self.keep, self.guard)
+        # On a line that is late by itself a person has found the times of events to be off by that.
+        jitter = Jitter(5e-3, 5e-3) if self.deed == "late" else SETTINGS.jitter
+        self.drive = AwrDrive(self.unit, replace(SETTINGS, jitter=jitter), self.kept, self.keep, self.guard)
         begin = self.drive.keys.begin
 
         def began(stage):
@@ -216,7 +225,7 @@ class Night:
                 for frame in frames:
                     confirm(link, frame, self.clock)
             except TransportError:
-                self.sleep(QUICK_PAUSE_S)
+                self.clock.sleep(QUICK_PAUSE_S)
             else:
                 return
 
@@ -248,19 +257,19 @@ class Night:
         raise Killed
 
     def do_override(self, now):
-        self.lost = True
+        self.lost, self.cut, self.since = True, now, [None, None]
         self.awr.override(stopped=True)
         self.due = [(now + self.rng.uniform(0.5, 10.0), "lifted")]
 
     def do_lifted(self, _now):
         self.awr.override(stopped=False)
 
-    def do_reset(self, _now):
-        self.lost = True
+    def do_reset(self, now):
+        self.lost, self.cut, self.since = True, now, [None, None]
         self.awr.reset(self.rng.choice(("watchdog", "MCLR", "brownout")))
 
     def do_power_cut(self, now):
-        self.lost, self.line.off, self.cut = True, True, now
+        self.lost, self.line.off, self.cut, self.since = True, True, now, [None, None]
         self.awr.switched_on()
         self.awr.stand()
         self.due = [(now + self.rng.uniform(0.2, 5.0), "power back")]
@@ -285,7 +294,7 @@ class Night:
             self.body = body
             said = answers(body)
             if said and said != ["N"] and self.awr._now - self.line.said.get(body, -1e9) > 2.0:
-                self.changed_to = body  # what the host said became this on the line
+                self.changed_to, self.changed_at = body, self.awr._now  # what the host said became this on the line
                 self.judged.commands[body[:1] if len(body) == 1 else "a word"] += 1
             return said
 
@@ -303,11 +312,14 @@ class Night:
                 continue
             if was and self.since[axis] is not None:
                 begun, hold = self.since[axis]
-                if hold is None:
-                    self.judged.forged_s = max(self.judged.forged_s, now - max(begun, self.until))
+                if hold is None or self.changed_at > begun:
+                    self.judged.forged_s = max(self.judged.forged_s, now - max(begun + (hold or 0.0), self.until))
                 else:
                     late = now - max(begun + hold, self.until)
-                    self.judged.late_s = max(self.judged.late_s, late)
+                    if self.acted or not self.alive:
+                        self.judged.dead_s = max(self.judged.dead_s, late)
+                    else:
+                        self.judged.late_s = max(self.judged.late_s, late)
                 self.since[axis] = None
             if is_:
                 planned = self.planned[axis]
@@ -366,8 +378,8 @@ class Night:
         self.poll(60.0, slewing=True)
 
     def save(self):
-        self.drive.soft_write("guide_up_counts", 50000)
-        self.drive.commit()
+        self.drive.hand.soft_write("guide_up_counts", 50000)
+        self.drive.hand.commit()
 
     def settle(self):
         """Look at the end of a goto, and have a position that was lost put right."""
@@ -391,8 +403,10 @@ class Night:
                 self.drive.sync((self.awr.true_position(1), self.awr.true_position(2)), now)
             self.lost, self.changed_to = False, ""
 
+    acted = False  # a dead-man process did
+    changed_at = 0.0  # POSIX seconds
     changed_to = ""  # the last command that the unit obeyed and nobody gave, until the next sync
-    unknown, cut = False, None  # POSIX seconds of a power cut that nobody has noticed yet
+    unknown, cut = False, None  # POSIX seconds of a stop, a reset or a power cut that nobody has noticed yet
 
     def poll(self, seconds, *, slewing=False):
         end = self.clock.now() + seconds
@@ -400,16 +414,22 @@ class Night:
             with suppress(DriveError, TransportError):
                 reading = self.drive.read(self.clock.now())
                 self.judge(reading)
+                self.said.update(self.drive.notes)
                 if slewing and not any(axis.slewing for axis in reading.axes):
                     return
             self.sleep(0.25)
 
     def sleep(self, seconds):
-        """Time passes, and what is due in it happens."""
-        self.clock.sleep(max(0.0, seconds))
+        """Time passes; a dead-man process that hears nothing in it acts."""
+        end = self.clock.now() + seconds
+        if self.alive and self.guard.armed and self.guard.due < end:
+            self.clock.sleep(max(0.0, self.guard.due - self.clock.now(), self.closed_until - self.clock.now()))
+            self.made_safe()
+            self.guard.fate, self.acted = "it heard nothing of this program and released the keys", True
+        self.clock.sleep(max(0.0, end - self.clock.now()))
 
     def finish(self):
         self.judged.runs_lost += self.unknown
         assert self.awr.keys == [0, 0], (self.seed, self.awr.keys)
-        if getattr(self, "forgery", False) and not any("nobody asked" in note for note in self.drive.notes):
+        if getattr(self, "forgery", False) and not any("nobody asked" in note for note in self.said):
             self.judged.unsaid.append(self.seed)

@@ -13,10 +13,11 @@ from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.encoders import TRUST_COUNTS, Encoder
 from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS
+from transports.errors import NoAnswer
 
 TIMING_S = 0.005
 """By which the moment of an answer is uncertain besides its own line time."""
-_TRIES = 3
+_TRIES = 6
 
 
 class Astray(NamedTuple):
@@ -88,17 +89,31 @@ class Sight:
         return flawed or crept or state.uncertainty > BOUND_COUNTS * encoder.step
 
     def surely_told(self) -> Told:
-        """Ask until two answers in a row can both be right: digits can be garbled and still be some."""
-        told = self._box.ask(commands.ASK_ENCODERS)
+        """Ask until an answer and one before it can both be right: digits can be garbled and still be some.
+
+        Raises
+        ------
+        NoAnswer
+            No two of them can.
+        """
+        heard = [self._box.ask(commands.ASK_ENCODERS)]
         for _ in range(_TRIES):
-            before, told = told, self._box.ask(commands.ASK_ENCODERS)
-            ways = [abs(one - other) for one, other in zip(told.pair, before.pair, strict=True)]
-            fastest = [axis.law.fastest / axis.encoder.step for axis in self._axes if axis.encoder is not None]
-            passed = told.latest - before.earliest
-            if all(way <= most * passed + 1.0 for way, most in zip(ways, fastest, strict=True)):
-                break
+            told = self._box.ask(commands.ASK_ENCODERS)
+            if any(self.agree(before, told) for before in heard):
+                return told
             self._box.trust.flawed()
-        return told
+            heard.append(told)
+        raise NoAnswer(
+            f"{self._box.name}: {len(heard)} answers of encoders, no two of which can be right: mend cable or port"
+        )
+
+    def agree(self, before: Told, told: Told) -> bool:
+        """Whether both answers can be right, at any speed of the axes."""
+        passed = told.latest - before.earliest
+        return all(
+            axis.encoder is None or abs(one - other) <= axis.law.fastest / axis.encoder.step * passed + 1.0
+            for axis, one, other in zip(self._axes, told.pair, before.pair, strict=True)
+        )
 
     def astray(self, told: Told) -> list[Astray]:
         """Look again after a moment at each axis that is astray, whether it runs."""

@@ -98,9 +98,13 @@ class AwrAxis:
         self._settle(time)
         self.play = play
 
-    def drives_at(self, rate: float, time: float) -> None:
-        """Its drive goes at another rate from a time on."""
+    def drives_at(self, rate: float, time: float, unsure: float = 0.0) -> None:
+        """Its drive goes at another rate from a time on, which may be another one by a fraction."""
         self._settle(time)
+        if self.press is None and self._reckoning.rate_uncertainty != CLOCK_UNCERTAINTY + unsure:
+            here = self._reckoning.at(time)
+            self._reckoning.halted(here.counts, time, here.uncertainty)
+            self._reckoning.rate_uncertainty = CLOCK_UNCERTAINTY + unsure
         self._rate = rate
         self._reckoning.goes_on(rate, time)
 
@@ -126,8 +130,8 @@ class AwrAxis:
         drifted = self._rate * (time - begin)
         after = self.play.pressed(side, drifted + way.steps, self.press.key, self._rate)
         fallen = self.play.lag(after) - self.play.lag(side)
-        spread = math.hypot(start.uncertainty + abs(drifted) * CLOCK_UNCERTAINTY, TWO_SIDED_95 * way.sigma)
-        spread += self.unsure() * max(0.0, time - begin)
+        before = start.uncertainty + abs(drifted) * self._reckoning.rate_uncertainty
+        spread = math.hypot(before, TWO_SIDED_95 * way.sigma) + self.unsure() * max(0.0, time - begin)
         self._stands(start.counts + drifted + way.steps - fallen, time, spread, after)
         self.press = self._begun = None
         self.led(way.steps)
@@ -138,6 +142,12 @@ class AwrAxis:
         self._stands(counts, time, uncertainty, side)
         self._known = side or None
         self.press = self._begun = None
+
+    def forget_side(self) -> None:
+        """Nobody knows where its motor stands in the play, as what moved it was not told, or cut short."""
+        self._side, self._known = 0.0, None
+        if self._begun is not None:
+            self._begun = self._begun._replace(side=0.0)
 
     def _stands(self, counts: float, time: float, uncertainty: float, side: float) -> None:
         self._reckoning.halted(counts, time, uncertainty)
@@ -158,6 +168,6 @@ class AwrAxis:
 
     def _doubt(self, side: float) -> float:
         """Steps, in 95 of 100 cases, by which the play makes unsure where it is."""
-        if self._known is None:  # it was at either side then
-            return abs(self.play.steps) / 2.0 if side else 0.0
+        if self._known is None:  # it was at either side then, and a blip was made too much or left out
+            return abs(self.play.steps) / 2.0 + self.play.blip if side else 0.0
         return TWO_SIDED_95 * self.play.doubt(side, self._known)

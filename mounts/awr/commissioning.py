@@ -56,11 +56,11 @@ def _way(
     if before.sky_deg is None:
         return None
     if taken_up:
-        bench.drive.trial(key, "move", _TAKING_UP_S)
+        bench.drive.hand.trial(key, "move", _TAKING_UP_S)
         yield 0.5
         bench.session.poll()
         before = yield from bench.look()
-    trial, tracked = bench.drive.trial(key, speed, seconds, tracking=tracking)
+    trial, tracked = bench.drive.hand.trial(key, speed, seconds, tracking=tracking)
     yield 0.5
     bench.session.poll()
     after = yield from bench.look()
@@ -94,7 +94,7 @@ def _frequency(
 
 def _acceleration(bench: Any, unit: float) -> Steps[Finding]:  # noqa: ANN401
     """Both ramps of a slew last twice as long as it takes to full speed; the motion so much longer than the hold."""
-    trial, _ = bench.drive.trial("RIGHT", "slew", _SLEW_S)
+    trial, _ = bench.drive.hand.trial("RIGHT", "slew", _SLEW_S)
     yield 0.5
     bench.session.poll()
     rate, climb = _word(bench, "slew_right", ram=True) * unit, trial.duration - trial.hold

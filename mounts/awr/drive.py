@@ -62,14 +62,8 @@ class AwrDrive:
         self.supervision, self.proof = parts.supervision, parts.proof
         self._presence = Presence(parts)
         self._slewing = Slewing(parts)
-        self.hand = hand = ByHand(parts, self._presence)
-        hand.recall(parts.kept.written)
-        self.soft_write, self.commit, self.discard, self.differing = (
-            hand.soft_write, hand.commit, hand.discard, hand.differing,
-        )  # fmt: skip
-        self.switch_relay, self.way_of, self.press, self.trial = (
-            hand.switch_relay, hand.way_of, hand.press, hand.trial,
-        )  # fmt: skip
+        self.hand = ByHand(parts, self._presence)
+        self.hand.recall(parts.kept.written)
 
     # What it is ------------------------------------------------------------------------------------------------
 
@@ -232,6 +226,7 @@ class AwrDrive:
             if self._presence.is_lost():
                 self._began_anew()
             self._presence.ask_status(self.unit.now())
+        self._take_events()  # those that came meanwhile as well
         return self._reading()
 
     def _require_guarded(self) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from mounts.awr.axis import AwrAxis
 from mounts.awr.beside import Attended
+from mounts.awr.proof import Proof
 from mounts.awr.registers import BY_NAME, Flags, Register
 from mounts.awr.speeds import DRIVES, RateWords
 from mounts.awr.unit import Unit
@@ -30,13 +31,18 @@ class DriveRates:
         What the drives move.
     beside : Attended
         Who stands beside a drive that goes at a rate of ours.
+    proof : Proof
+        Whether rates are known at any postscaler.
     """
 
-    def __init__(self, unit: Unit, words: Words, axes: tuple[AwrAxis, AwrAxis], beside: Attended) -> None:
+    def __init__(
+        self, unit: Unit, words: Words, axes: tuple[AwrAxis, AwrAxis], beside: Attended, proof: Proof
+    ) -> None:
         self._unit = unit
         self._words = words
         self._axes = axes
         self._beside = beside
+        self._proof = proof
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._held = False  # by the override: neither goes, whatever the words say
         self.resting = False
@@ -193,4 +199,5 @@ class DriveRates:
         if late > self._unit.timeout_s + 2.0 * self._unit.delay_s and going != axis.rate:
             here = axis.at(time)
             axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
-        axis.drives_at(going, time)
+        unsure = 0.0 if self._proof.scaled else self._words.speeds.unsure(self._words.speeds.drive_words(axis.index))
+        axis.drives_at(going, time, unsure if going else 0.0)

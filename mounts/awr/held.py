@@ -30,7 +30,7 @@ class Held:
     pressed : Heard
         When that was heard.
     released, again : Heard
-        When its release was heard, and once more: one that was damaged on its way may be answered all the same.
+        When its release was heard, and once more where nothing told that it stands.
     began : Happened, optional
         The event of its beginning.
     moves : bool
@@ -74,9 +74,8 @@ class Held:
 
     @property
     def holds(self) -> tuple[float, float]:
-        """Seconds for which it was held at least and at most, by all that was answered."""
-        last = self.released.last if math.isnan(self.again.last) else self.again.last
-        return self.released.first - self.pressed.last, last - self.pressed.first
+        """Seconds for which it was held at least and at most, by all that was answered to its release."""
+        return self.released.first - self.pressed.last, self.released.last - self.pressed.first
 
     def lasted(self, hold: float) -> float:
         """Seconds of the motion of such a hold."""
@@ -101,8 +100,18 @@ class Held:
         """By how many seconds a motion was too short (below 0) or too long for its hold; 0 where it was neither."""
         if not self.is_released:
             return -math.inf
+        if self._by_second(duration, jitter):
+            return 0.0
         strange, (least, most) = self.strange_s(jitter), self.holds
         return min(0.0, duration - self.lasted(least) + strange) + max(0.0, duration - self.lasted(most) - strange)
+
+    def _by_second(self, duration: float, jitter: Jitter) -> bool:
+        """Whether a motion lasted until its second release."""
+        if math.isnan(self.again.first):
+            return False
+        first, last = (each - self.pressed.first for each in self.again)
+        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
+        return self.lasted(first) - near <= duration <= self.lasted(last) + near
 
     @property
     def unsure_s(self) -> float:
@@ -111,7 +120,8 @@ class Held:
 
     def measured(self, duration: float, jitter: Jitter) -> Way:
         """Its way by both events: seconds from the one to the other."""
-        hold, off = self.hold, abs(duration - self.lasted(self.hold))
+        hold = self.again.first - self.pressed.first if self._by_second(duration, jitter) else self.hold
+        off = abs(duration - self.lasted(hold))
         if off > self.strange_s(jitter):  # it was not the first release that was heard
             least, most = self.holds
             hold = min(max(self.press.key.held(duration), least), most)

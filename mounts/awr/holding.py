@@ -91,11 +91,16 @@ class Holding:
         self._held: dict[int, Held] = {}
         self._due: list[tuple[float, int, bool]] = []
         self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
-        self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
+        self._suspect = (
+            0,
+            -math.inf,
+            0.0,
+        )  # an axis whose key was perhaps heard, until when, its way
         self.unheard: int | None = None
         """The axis of a key of this stage that was not heard."""
         self.moving = (False, False)
         """What the unit told last."""
+        self._told_at = -math.inf  # POSIX seconds
         self.unproven = False
         """An axis is reckoned by its key alone, and nobody has seen that the unit had power meanwhile."""
 
@@ -120,7 +125,9 @@ class Holding:
 
     def doubt(self, axis: int) -> float:
         """Steps within which an axis is of where its key should have brought it by now, in 95 of 100 cases."""
-        held = self._held.get(axis)
+        held, (suspected, until, way) = self._held.get(axis), self._suspect
+        if axis == suspected and self._unit.now() < until:
+            return way
         if held is None or not held.is_pressed:
             return 0.0
         return held.doubt(self.punctuality.jitter)
@@ -187,14 +194,16 @@ class Holding:
                 self.let_go()
             raise
 
-    def _unheard(self, axis: int) -> None:
+    def _unheard(self, axis: int, since: float) -> None:
         """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self.unheard = axis
         self._unit.release((axis,))
         self._rest()
-        self._suspect = axis, self._unit.now() + held.press.key.climb_s + self._news_s
+        now = self._unit.now()
+        way = abs(held.press.key.way(now - since))
+        self._suspect = axis, now + held.press.key.climb_s + self._news_s, way
 
     def _until(self, soon_s: float) -> float | None:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
@@ -203,7 +212,7 @@ class Holding:
         for held in self._held.values():
             if held.is_released:
                 if held.ends(self.delay_s) <= soon:
-                    dues.append(held.ends(self.delay_s) + self._told_s(held))
+                    dues.append(self._over(held))
             elif held.is_pressed and not held.is_seen:
                 dues.append(held.pressed.last + self.delay_s + self._news_s)
         return min(dues, default=None)
@@ -213,10 +222,29 @@ class Holding:
         now = self._unit.now()
         for axis, held in list(self._held.items()):
             if held.is_released:
-                if now >= held.ends(self.delay_s) + self._told_s(held):
-                    self._by_its_key(axis, held) if held.is_seen else self._lost(axis, "began")
+                if now >= self._over(held):
+                    self._unended(axis, held)
             elif not held.is_seen and now >= held.pressed.last + self.delay_s + self._news_s:
                 self._cut_short(axis, held)
+
+    def _over(self, held: Held) -> float:
+        """When the end of a motion must have been told: at first so that its key is released again, then for good."""
+        ends = held.ends(self.delay_s)
+        if math.isnan(held.again.last):
+            return ends + held.strange_s(self.punctuality.jitter) + self._unit.delay_s
+        return max(ends, held.again.last + self.delay_s + held.press.key.climb_s) + self._told_s(held)
+
+    def _unended(self, axis: int, held: Held) -> None:
+        """Nothing tells that an axis stands whose key was released: one that was damaged may be answered as well."""
+        if math.isnan(held.again.last):
+            self._unit.release((axis,))
+            held.again = self._unit.heard
+        elif not held.is_seen:
+            self._lost(axis, "began")
+        elif self.moving[axis] and self._told_at > held.ends(self.delay_s) + held.strange_s(self.punctuality.jitter):
+            self._lost(axis, "ended")
+        else:
+            self._by_its_key(axis, held)
 
     def _cut_short(self, axis: int, held: Held) -> None:
         """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
@@ -224,15 +252,12 @@ class Holding:
         if 1 - axis not in self._held:
             self._unit.release((1 - axis,))
         self._release(axis, held)
-        held.press = replace(held.press, hold=held.hold)
+        held.again, held.press = held.released, replace(held.press, hold=held.hold)
         self._axes[axis].pressed(held.press, held.pressed.first + self.delay_s)
 
     def _release(self, axis: int, held: Held) -> None:
-        """Release a key, and once more: a command that was damaged on its way may be answered all the same."""
         self._unit.release((axis,))
         held.released = self._unit.heard
-        self._unit.release((axis,))
-        held.again = self._unit.heard
         self._rest()
 
     def _do(self, due: float, axis: int, down: bool) -> None:
@@ -260,7 +285,7 @@ class Holding:
             heard = self._unit.key(body)
         except NoAnswer:
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
-                self._unheard(axis)
+                self._unheard(axis, heard)
                 return
             held.pressed = Heard(heard, self._unit.now())
         else:
@@ -280,17 +305,19 @@ class Holding:
         """Act on what the unit told of motion."""
         for each in happened:
             if isinstance(each.event, Moving):
-                changed = self._changed(each.event, each.time)
+                changed, held = self._changed(each.event, each.time), set(self._held)
                 for axis, moves in enumerate(each.event.axes):
                     self._told(axis, each, moves=moves, alone=not changed - {axis})
+                    if changed == {axis} and axis not in held and not moves:
+                        self._lose(LOST.format(axis + 1, "ended"))  # it went on until now
 
     def _changed(self, event: Moving, time: float) -> set[int]:
         """The axes of which an event tells otherwise than the one before; each change has an event of its own."""
         changed = {axis for axis in (0, 1) if event.axes[axis] != self.moving[axis]}
-        suspected, until = self._suspect
+        suspected, until, _ = self._suspect
         if not changed and time < until:
             self._lose(LOST.format(suspected + 1, "began"))
-        self.moving = event.axes
+        self.moving, self._told_at = event.axes, time
         return changed
 
     def _told(self, axis: int, each: Happened, *, moves: bool, alone: bool) -> None:

@@ -35,6 +35,8 @@ class Shown:
     led: tuple[float, float] = (0.0, 0.0)
     referenced: bool = False
     """It was seen what the rates of GUIDE and CENTRE count from."""
+    scaled: bool = False
+    """The postscaler was seen to divide as assumed."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ def _shown(stored: object) -> Shown:
         (axes[0] is True, axes[1] is True),
         (number(led[0]), number(led[1])),
         kept.get("referenced") is True,
+        kept.get("scaled") is True,
     )
 
 

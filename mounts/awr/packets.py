@@ -48,7 +48,8 @@ class Packets:
         found = []
         for i, byte in enumerate(data):
             at = time - (len(data) - 1 - i) * self.byte_s
-            if at - unheard_s - self._last > 1.5 * self.byte_s:
+            idle = self._body is None  # within a packet a gap means that the line was held up
+            if idle and at - unheard_s - self._last > 1.5 * self.byte_s:
                 self._busy_since = at
             self._last = at
             packet = self._take(byte, at)

@@ -64,6 +64,7 @@ class Parts:
         one.unsure = lambda: 0.0 if proof.referenced or keys.speed not in _COUNTED else abs(one.rate)
         for axis in axes:
             axis.led = partial(proof.led, axis.index)
+        supervision.lost = lambda: _forget_sides(axes)
         return cls(
             unit=unit,
             settings=settings,
@@ -73,11 +74,16 @@ class Parts:
             supervision=supervision,
             beside=beside,
             keys=keys,
-            drives=DriveRates(unit, words, axes, beside),
+            drives=DriveRates(unit, words, axes, beside, proof),
             pace=Pace(unit, words, settings),
             proof=proof,
             remember=remember,
         )
+
+
+def _forget_sides(axes: tuple[AwrAxis, AwrAxis]) -> None:
+    for axis in axes:
+        axis.forget_side()
 
 
 def _axes(kept: Kept, now: float) -> tuple[AwrAxis, AwrAxis]:

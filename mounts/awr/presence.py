@@ -5,7 +5,17 @@ import math
 from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
 from mounts.awr.registers import BY_NAME
-from mounts.awr.supervision import COMMITTED, LOST_BY, OTHERWISE, RECALIBRATED, STATED, SWITCHED, TURNED_BACK, UNTOLD
+from mounts.awr.supervision import (
+    COMMITTED,
+    LOST_BY,
+    OTHERWISE,
+    OVERWRITTEN,
+    RECALIBRATED,
+    STATED,
+    SWITCHED,
+    TURNED_BACK,
+    UNTOLD,
+)
 from mounts.awr.unit import Happened
 from mounts.awr.words import BACKLASHES
 
@@ -65,21 +75,20 @@ class Presence:
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
-        if math.isfinite(away) and away > 0.0 and not parts.supervision.unsynchronised and parts.axes[0].rate:
-            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
 
     def doubt_drives(self, time: float) -> None:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
 
-        Called when its words are as they are to be; `time` is when it was connected.
-
-        Where the unit tells what they do now they may have done that all the while, as a dead-man process switches
-        them off. Where it does not it may have been switched off, and on, so that they go as they usually do.
+        Called when its words are as they are to be; `time` is when it was connected. Where the unit tells what they
+        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it
+        may have been switched off, and on, so that they go as they usually do.
         """
         parts, words = self._parts, self._parts.words
         if parts.supervision.unsynchronised or parts.kept.cookie is None:
             return
         away = parts.unit.now() - parts.kept.time
+        if parts.axes[0].rate and parts.axes[0].rate == words.speeds.drives[0]:
+            self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
         why = OTHERWISE if words.tells_ram else UNTOLD
         for axis, now, usual, near in zip(
             parts.axes, words.speeds.drives, words.usual.drives, parts.settings.near, strict=True
@@ -155,6 +164,9 @@ class Presence:
         """
         words = self._parts.words
         self._asked = self._parts.unit.now()
+        for name, (now, was) in words.overwritten.items():
+            self._parts.supervision.note(OVERWRITTEN.format(name, now, was))
+        words.overwritten.clear()
         if words.was_committed():
             self._parts.supervision.note(COMMITTED)
         if self.cookie is None or words.is_there(self.cookie):
@@ -180,6 +192,7 @@ class Presence:
         for axis in parts.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
+            axis.forget_side()
         parts.drives.as_the_words_say(now)
         parts.pace.forget()
         if parts.drives.resting:

@@ -74,7 +74,7 @@ class SimulatedAwr:
         self._queue: deque[tuple[float, bytes]] = deque()  # what is to be said unasked
         self._moving = (False, False)
         counts, flags = self._rate_words(settings.words, "drive_ra")
-        self._per_count = settings.sidereal_steps_per_s * counts * max(1, flags >> wire.POSTSCALER_SHIFT)
+        self._per_count = settings.sidereal_steps_per_s * counts * self._divisor(flags)
         self._aim()
         for axis in self.axes:
             axis.velocity = axis.target
@@ -96,6 +96,11 @@ class SimulatedAwr:
     def version(self) -> int:
         """The VERSION word."""
         return int(f"{round(self.settings.firmware * 100):04d}", 16)
+
+    @property
+    def _stops(self) -> bool:
+        stop = self.settings.stop
+        return self.version >= _WITH_POLL if stop == "by firmware" else stop == "always"
 
     def receive(self, data: bytes, t: float) -> bytes:
         """Take bytes that arrived at POSIX `t`; return the answers."""
@@ -122,7 +127,7 @@ class SimulatedAwr:
 
     def _packet(self, text: str) -> bytes:
         debug = f"dbg {self._rng.randrange(999)}\r\n" if self._rng.random() < self.settings.debug else ""
-        return f"{wire.said(text, with_stop=self.version >= _WITH_POLL)}{debug}".encode("ascii")
+        return f"{wire.said(text, with_stop=self._stops)}{debug}".encode("ascii")
 
     def _say(self, text: str, late_s: float = 0.0) -> None:
         self._queue.extend(self._outward.carried(self._packet(text), self._now + late_s))
@@ -167,6 +172,8 @@ class SimulatedAwr:
             return wire.told(address, self.version)
         if address in self.lasting:
             return wire.told(address, self.lasting[address])
+        if self.settings.reads_plain and address & ~wire.SOFT in self.lasting:
+            return wire.told(address, self.lasting[address & ~wire.SOFT])
         if self.settings.reads_ram and address & ~wire.SOFT in self.ram:
             return wire.told(address, self.ram[address & ~wire.SOFT])
         return wire.NO
@@ -181,7 +188,7 @@ class SimulatedAwr:
         if plain in _COUNTS and value < _LEAST_COUNTS:
             self._say(wire.ERRORS["divide overflow" if value else "divide by zero"])
         self._aim()
-        return wire.written(address, ok=True)
+        return wire.written(address, ok=True, form=self.settings.write_answer)
 
     def _kept(self, *, commit: bool) -> str:
         """Commit all soft writes, or discard them."""
@@ -204,12 +211,16 @@ class SimulatedAwr:
         """Counts and flags of a rate."""
         return words[WORDS[name]], words[WORDS[name] + 1]
 
+    def _divisor(self, flags: int) -> int:
+        postscaler = flags >> wire.POSTSCALER_SHIFT
+        return postscaler + 1 if self.settings.postscaler == "plus-one" else max(1, postscaler)
+
     def _rate(self, name: str) -> float:
         """Steps a second of a rate, signed; of counts that cannot be divided by, none."""
         counts, flags = self._rate_words(self.ram, name)
         if not flags & wire.ENABLE or counts < _LEAST_COUNTS:
             return 0.0
-        rate = self._per_count / (counts * max(1, flags >> wire.POSTSCALER_SHIFT))
+        rate = self._per_count / (counts * self._divisor(flags))
         return rate if flags & wire.POSITIVE else -rate
 
     def _idle(self, axis: int) -> float:

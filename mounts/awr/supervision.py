@@ -43,6 +43,10 @@ COMMITTED = (
     "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
     "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"
 )
+OVERWRITTEN = (
+    "the non-volatile word {0} is {1} and was {2}, which nobody asked for: a command was damaged on the line. "
+    "`drive set {0} {2}`, then `drive save`"
+)
 RECALIBRATED = (
     "drive_ra (01, 02), from which all rates are reckoned, was changed since the last sync: compare `drive show` "
     "with the factory sheet, then `sync` on a known star"
@@ -74,6 +78,8 @@ class Supervision:
         index: tuple[float, float] | None = None,
     ) -> None:
         self.unsynchronised = unsynchronised
+        self.lost: Callable[[], None] = lambda: None
+        """Called when the position is lost."""
         self.stopped = False
         """The override holds it."""
         self.was_reset = False
@@ -162,6 +168,7 @@ class Supervision:
         """The position is unknown from now on, for the first reason that there was."""
         self.unsynchronised = self.unsynchronised or why
         self.note(why)
+        self.lost()
 
     def require_free(self) -> None:
         """See that the override does not hold it.

@@ -93,6 +93,8 @@ class Unit:
         """Firmware, once it was asked."""
         self.heard = Heard(-math.inf, -math.inf)
         """When the key or release that was sent last was heard."""
+        self.written_for_good = False
+        """The last soft write was answered as one into the non-volatile memory is."""
         self.damaged = 0
         """How often something was lost or mutilated on the line, as far as can be seen."""
         self.strange: deque[str] = deque(maxlen=_LOSSES)
@@ -387,6 +389,7 @@ class Unit:
             raise DriveRefused(
                 f"the unit does not take {register.name} ({address:02X}) = {value}: `drive show` tells what it holds"
             )
+        self.written_for_good = said.address == register.address
         return self._sent + self.delay_s
 
     def commit(self) -> None:

@@ -39,6 +39,8 @@ class Words:
         self.ram: dict[int, int] = {}
         self.tells_ram = True
         """Whether the unit tells what its RAM holds."""
+        self.overwritten: dict[str, tuple[int, int]] = {}
+        """Non-volatile words that a damaged command wrote, by name: what they are, and what they were."""
         self.last_rate: Register | None = None
         """The rate register that was written last."""
 
@@ -51,15 +53,21 @@ class Words:
             The unit does not answer.
         """
         lasting = self._unit.read_all()
-        ram, self.tells_ram = dict(lasting), True
-        for address in (register.address for register in REGISTERS if register.writable):
+        ram, self.tells_ram = dict(lasting), self._settings.reads_ram
+        if not self.tells_ram:
+            ram |= self._known_in_ram()
+        for address in (register.address for register in REGISTERS if register.writable and self.tells_ram):
             value = self._in_ram(address, self.ram.get(address, lasting.get(address)))
             if value is None:
                 self.tells_ram = False
-                ram |= {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
+                ram |= self._known_in_ram()
                 break
             ram[address] = value
         self.lasting, self.ram = lasting, ram
+
+    def _known_in_ram(self) -> dict[int, int]:
+        """What was written there last, as far as a program remembers."""
+        return {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
 
     def _in_ram(self, address: int, expected: int | None) -> int | None:
         """A word in RAM; one that is not as expected is believed once it was told twice running."""
@@ -109,7 +117,7 @@ class Words:
         """What is left of the play of each axis besides the blips by which the unit takes it up."""
         settings = self._settings
         one, two = (
-            Play(0.0 if play is None else play - blip, sigma)
+            Play(0.0 if play is None else play - blip, sigma, blip)
             for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
         )
         return one, two
@@ -188,12 +196,25 @@ class Words:
             self.last_rate = register
         for _ in range(_TRIES):
             heard = self._unit.soft_write(register, value)
+            if self._unit.written_for_good:
+                self._see_overwritten(register)
             self.ram[register.address] = value
             if not self.tells_ram or self._unit.read(register.address | RAM) == value:
                 return heard
+        if self._unit.read(register.address | RAM) == self.lasting.get(register.address):
+            raise DriveRefused(
+                f"{register.name} was written {value} in RAM, and a read with bit 7 tells the non-volatile word "
+                f"{self.lasting[register.address]}: where it never tells another, set [drive] reads_ram = false"
+            )
         raise DriveRefused(
             f"{register.name} was written {value} and reads otherwise; check the line, then `drive reload`"
         )
+
+    def _see_overwritten(self, register: Register) -> None:
+        """A bit that fell over on the line may have made a write for good of a soft write."""
+        now, was = self._unit.read(register.address), self.lasting.get(register.address)
+        if now is not None and was is not None and now != was:
+            self.overwritten[register.name] = (now, was)
 
     def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
         """Have a drive go by other words; return those that were in force one after the other, and since when."""

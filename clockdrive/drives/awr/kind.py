@@ -124,7 +124,8 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
         for name in ("frequency_unit", "acceleration_unit", "sidereal_steps_per_s")
     )
     seen = alike and not unit.reversed1, alike and not unit.reversed2
-    shown = Shown(settings(configuration).assumed, seen, referenced=unit.rate_reference == drive.rate_reference)
+    referenced, scaled = unit.rate_reference == drive.rate_reference, unit.postscaler == drive.postscaler
+    shown = Shown(settings(configuration).assumed, seen, referenced=referenced, scaled=scaled)
     sides = -1.0 if unit.reversed1 else 1.0, -1.0 if unit.reversed2 else 1.0
     return at_park(park_counts(configuration), time, meaning(configuration), shown, sides)
 

@@ -17,6 +17,8 @@ class AwrDriveSection(DriveSection):
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
+    reads_ram: bool
     press_jitter_s: float
     event_jitter_s: float
     timeout_s: float
@@ -44,6 +46,7 @@ class AwrSimulatorSection(SimulatorSection):
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
     sidereal_steps_per_s: float
     firmware: float
     reversed1: bool
@@ -57,6 +60,7 @@ class AwrSimulatorSection(SimulatorSection):
     byte_delay_s: float
     takes_up_backlash: bool
     reads_ram: bool
+    reads_plain: bool
 
 
 _OWN = OwnSections(AwrDriveSection, AwrAxisSection, DeclinationSection, AwrSimulatorSection)

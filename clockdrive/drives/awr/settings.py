@@ -57,6 +57,8 @@ def settings(configuration: Configuration) -> "AwrSettings":
         acceleration_unit=drive.acceleration_unit,
         rate_reference=drive.rate_reference,
         drive_ra=(drive.drive_ra_counts, drive.drive_ra_postscaler),
+        postscaler=drive.postscaler,
+        reads_ram=drive.reads_ram,
         jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),
         near=(one * _NEAR_DEG, two * _NEAR_DEG),
         fastest=(one * FASTEST_DEG_S, two * FASTEST_DEG_S),

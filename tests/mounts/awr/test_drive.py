@@ -255,11 +255,11 @@ def test_a_key_that_is_not_heard_is_said_and_leaves_nobody_armed():
     receive = bench.awr.receive
     bench.awr.receive = lambda data, t: b"" if data == b":1#" else receive(data, t)
     with pytest.raises(AwrError, match="did not hear UP"):
-        bench.drive.press("UP", "move", 0.5)
+        bench.drive.hand.press("UP", "move", 0.5)
     assert not bench.guard.armed
     assert not bench.read().unsynchronised
     bench.awr.receive = receive
-    bench.drive.press("UP", "move", 0.5)
+    bench.drive.hand.press("UP", "move", 0.5)
     assert bench.true()[1] > 400.0
 
 
@@ -309,7 +309,7 @@ def test_relays_and_input_lines_stand_in_the_notes_and_each_change_is_an_event()
     bench.connect()
     assert "relays: 1 off, 2 off, 3 off" in bench.drive.notes
     assert not bench.drive.told()
-    bench.drive.switch_relay(2, on=True)
+    bench.drive.hand.switch_relay(2, on=True)
     assert bench.drive.told() == ("relays: 1 off, 2 on, 3 off",)
     bench.awr.relays = 0b101  # by the hand box
     bench.awr.levels("ACDE")

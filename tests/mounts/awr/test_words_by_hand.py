@@ -29,8 +29,8 @@ def test_a_commit_keeps_the_position(rates):
     bench.connect(make_safe=True)
     bench.slew(200.0, 200.0, rates=rates)
     before = bench.off()
-    bench.drive.soft_write("guide_up_counts", 50000)
-    assert bench.drive.commit() == ("guide_up_counts",)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
+    assert bench.drive.hand.commit() == ("guide_up_counts",)
     bench.clock.sleep(60.0)
     bench.read()
     moved = [abs(now - then) for now, then in zip(bench.off(), before, strict=True)]
@@ -44,11 +44,11 @@ def test_a_drive_that_a_person_sets_is_reckoned_from_when_it_was_heard_and_reloa
     bench = Bench()
     bench.connect()
     for name, value in (("drive_dec_counts", 20000), ("drive_dec_flags", 0x0103)):
-        bench.drive.soft_write(name, value)
+        bench.drive.hand.soft_write(name, value)
         bench.clock.sleep(5.0)
         bench.read()
     assert bench.drive.axes[1].rate
-    bench.drive.discard()
+    bench.drive.hand.discard()
     bench.clock.sleep(5.0)
     bench.read()
     assert max(map(abs, bench.off())) < 0.5
@@ -61,8 +61,8 @@ def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ra
     bench.drive.close(bench.clock.now(), keep_tracking=True)
     again = next_program(bench)
     again.connect()
-    again.drive.soft_write("guide_up_counts", 50000)
-    again.drive.commit()
+    again.drive.hand.soft_write("guide_up_counts", 50000)
+    again.drive.hand.commit()
     assert dict(bench.awr.wear) == {0x05: 1}
 
 
@@ -70,31 +70,31 @@ def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ra
 def test_the_next_program_commits_what_one_before_it_was_told_to_write(reads_ram):
     bench = Bench(unit=SimulatorSettings(reads_ram=reads_ram))
     bench.connect(make_safe=True)
-    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     looking = next_program(bench)
     looking.connect()
     looking.drive.close(bench.clock.now(), keep_tracking=False)
     again = next_program(looking)
     again.connect()
-    assert again.drive.commit() == ("guide_up_counts",)
+    assert again.drive.hand.commit() == ("guide_up_counts",)
     assert dict(bench.awr.wear) == {0x05: 1}
     last = next_program(again)
     last.connect()
     with pytest.raises(AwrError, match="nothing was soft-written"):
-        last.drive.commit()
+        last.drive.hand.commit()
 
 
 def test_what_was_written_before_the_power_was_cut_is_committed_by_nobody():
     bench = Bench()
     bench.connect(make_safe=True)
-    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     bench.awr.ram = dict(bench.awr.lasting)
     again = next_program(bench)
     assert "switched off and on" in again.connect().unsynchronised
     with pytest.raises(AwrError, match="nothing was soft-written"):
-        again.drive.commit()
+        again.drive.hand.commit()
 
 
 @pytest.mark.parametrize("cut", [False, True], ids=["on", "off and on"])
@@ -170,8 +170,8 @@ def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may
         bench.slew(200.0, 200.0, rates=(0.0, 0.0))
         bench.line.garbles, bench.line.rate = False, 0.1
         with suppress(TransportError, DriveError):
-            bench.drive.soft_write("guide_up_counts", 50000)
-            bench.drive.commit()
+            bench.drive.hand.soft_write("guide_up_counts", 50000)
+            bench.drive.hand.commit()
         bench.line.rate = 0.0
         bench.clock.sleep(1.0)
         reading = bench.read()
