@@ -1,6 +1,7 @@
 """Following one target: where both axes must be at any time, and how far they are from it."""
 
 import math
+from typing import NamedTuple
 
 from mounts.drive import Reading
 from pointing.instant import Instant
@@ -13,9 +14,25 @@ from pointing.rotator import Hold, RotatorPath
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE, LED_UNTIL, Trajectory
 
-_LIMIT_AGE_S = 20.0  # after which the next limit is looked for again
+_LIMIT_AGE_S = 20.0  # after which a limit is looked for again where none was found
 _LED_SPAN_S = 3600.0
 _ROTATOR_SPAN_S = 21_600.0
+
+
+class _Foreseen(NamedTuple):
+    """The next limit, as found at a time and under circumstances."""
+
+    time: float
+    under: tuple[object, ...]
+    found: tuple[float, Check] | None
+
+    def holds(self, time: float, under: tuple[object, ...], *, lasts: bool) -> bool:
+        """Whether it need not be looked for again; `lasts` where one that was found stays the next one."""
+        if time < self.time or under != self.under:
+            return False
+        if self.found is None or not lasts:
+            return time - self.time < _LIMIT_AGE_S
+        return time < self.found[0]
 
 
 class Pursuit:
@@ -56,7 +73,7 @@ class Pursuit:
         self._trajectory = trajectory or Trajectory(planner, target, posture, near)
         self._rotator = rotator
         self._bridge: tuple[object, Check | None] | None = None  # what was asked of a bridge, and the answer
-        self._limit: tuple[float, tuple[float, Check] | None] | None = None  # as found at a time
+        self._limit: _Foreseen | None = None
 
     @property
     def hold(self) -> Hold | None:
@@ -107,10 +124,16 @@ class Pursuit:
         return self.led != led
 
     def next_limit(self, time: float) -> tuple[float, Check] | None:
-        """When following it meets a limit, POSIX seconds, and which; None when it does not within a day."""
-        if self._limit is None or not 0.0 <= time - self._limit[0] < _LIMIT_AGE_S:
-            self._limit = time, self._next_limit(time, _LED_SPAN_S if self.led else DAY_S)
-        return self._limit[1]
+        """When following it meets a limit, POSIX seconds, and which; None when it does not within a day.
+
+        What was found holds until then, as long as sky, mount, limits and the way to the target are the same. That
+        nothing was found, or what concerns a rotator, which is looked ahead for less, is looked for again.
+        """
+        planner = self._planner
+        under = self._trajectory, planner.sky, planner.mount, planner.limits, planner.axes, planner.free
+        if self._limit is None or not self._limit.holds(time, under, lasts=self._rotator is None):
+            self._limit = _Foreseen(time, under, self._next_limit(time, _LED_SPAN_S if self.led else DAY_S))
+        return self._limit.found
 
     def _next_limit(self, time: float, span: float) -> tuple[float, Check] | None:
         found = next_limit(self._onwards(self.target, time), time, span)

@@ -122,7 +122,8 @@ class ClockOffset:
         time, middle, gain = sum(times) / count, sum(middles) / count, self.assumed_gain
         if -times[0] >= _TELLING_S and count > _FEW:
             gain = self._told_gain([when - time for when in times], [each - middle for each in middles])
-        right = not gain and self._right(middles, middle)
+        assumed = gain != 0.0 and gain == self.assumed_gain  # of which these answers need not tell yet
+        right = not assumed and self._right(middles, middle)
         self.value, self._gain = (0.0, 0.0) if right else (middle - gain * time, gain)
         self.uncertainty_s = max([abs(sight.middle - self.value) + sight.half for sight in quick])
 

@@ -99,7 +99,7 @@ class Sight:
         heard = [self._box.ask(commands.ASK_ENCODERS)]
         for _ in range(_TRIES):
             told = self._box.ask(commands.ASK_ENCODERS)
-            if any(self._agree(before, told) for before in heard):
+            if any(self.agree(before, told) for before in heard):
                 return told
             self._box.trust.flawed()
             heard.append(told)
@@ -107,7 +107,7 @@ class Sight:
             f"{self._box.name}: {len(heard)} answers of encoders, no two of which can be right: mend cable or port"
         )
 
-    def _agree(self, before: Told, told: Told) -> bool:
+    def agree(self, before: Told, told: Told) -> bool:
         """Whether both answers can be right, at any speed of the axes."""
         passed = told.latest - before.earliest
         return all(

@@ -126,12 +126,13 @@ class Supervision:
         if not self._sight.any_beyond(told):
             self._agreed(told)
             return
-        told = self._sight.surely_told()
+        first, told = told, self._sight.surely_told()
         if self._sight.any_beyond(told):
             self._act(told)
-        else:
+            return
+        if not self._sight.agree(first, told):  # else it was beyond by the rounding of one of them
             self._box.trust.flawed()
-            self._agreed(told)
+        self._agreed(told)
 
     def look_blind(self) -> None:
         """See whether the line shows a flaw, or the box another time, and no encoder tells what came of it."""

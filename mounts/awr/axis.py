@@ -143,6 +143,12 @@ class AwrAxis:
         self._known = side or None
         self.press = self._begun = None
 
+    def forget_side(self) -> None:
+        """Nobody knows where its motor stands in the play, as what moved it was not told, or cut short."""
+        self._side, self._known = 0.0, None
+        if self._begun is not None:
+            self._begun = self._begun._replace(side=0.0)
+
     def _stands(self, counts: float, time: float, uncertainty: float, side: float) -> None:
         self._reckoning.halted(counts, time, uncertainty)
         self._since, self._counts, self._side = time, counts, side
@@ -162,6 +168,6 @@ class AwrAxis:
 
     def _doubt(self, side: float) -> float:
         """Steps, in 95 of 100 cases, by which the play makes unsure where it is."""
-        if self._known is None:  # it was at either side then
-            return abs(self.play.steps) / 2.0 if side else 0.0
+        if self._known is None:  # it was at either side then, and a blip was made too much or left out
+            return abs(self.play.steps) / 2.0 + self.play.blip if side else 0.0
         return TWO_SIDED_95 * self.play.doubt(side, self._known)

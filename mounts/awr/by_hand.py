@@ -99,6 +99,7 @@ class ByHand:
         if not wanted:
             raise AwrError("nothing was soft-written since the last commit: `drive set NAME VALUE` first")
         before = words.changed
+        self._presence.discarded = True
         try:
             drives.discard()
             for address, value in wanted.items():
@@ -109,6 +110,7 @@ class ByHand:
             for address, value in before.items():
                 if words.lasting[address] != value or words.ram[address] != value:
                     drives.put(BY_ADDRESS[address], value)
+        self._presence.discarded = False
         self._written.clear()
         return tuple(BY_ADDRESS[address].name for address in wanted)
 
@@ -122,6 +124,7 @@ class ByHand:
         """
         parts = self._parts
         rested = parts.drives.resting or not any(axis.rate for axis in parts.axes)
+        self._presence.discarded = True
         parts.drives.discard()
         self._written.clear()
         self._words_changed()

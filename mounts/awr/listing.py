@@ -51,6 +51,11 @@ def _measured(parts: Parts, course: Sequence[Stage]) -> dict[str, str]:
     rows["line"] = f"{unit.damaged} packets lost or damaged" + "".join(f"; {why}" for why in unit.strange)
     if unit.debug:
         rows["debug_text"] = " | ".join(unit.debug)
+    for number, axis in enumerate(parts.axes, start=1):
+        side = axis.side(unit.now())
+        rows[f"play_{number}"] = (
+            f"{axis.play.steps:.1f} steps besides what the unit takes up, motor at side {side:+.2f}"
+        )
     rows["key_delay_ms"] = f"{parts.keys.delay_s * 1e3:.1f}"
     rows["guide_step"] = " and ".join(f"{step:.2f} steps" for step in parts.pace.ladder.guide_steps)
     return rows

@@ -64,6 +64,7 @@ class Parts:
         one.unsure = lambda: 0.0 if proof.referenced or keys.speed not in _COUNTED else abs(one.rate)
         for axis in axes:
             axis.led = partial(proof.led, axis.index)
+        supervision.lost = lambda: _forget_sides(axes)
         return cls(
             unit=unit,
             settings=settings,
@@ -78,6 +79,11 @@ class Parts:
             proof=proof,
             remember=remember,
         )
+
+
+def _forget_sides(axes: tuple[AwrAxis, AwrAxis]) -> None:
+    for axis in axes:
+        axis.forget_side()
 
 
 def _axes(kept: Kept, now: float) -> tuple[AwrAxis, AwrAxis]:

@@ -26,10 +26,13 @@ class Play:
         Motor steps of it that the unit does not take up; below 0 where its blips are longer than the play.
     sigma : float
         Standard deviation of that, steps.
+    blip : float
+        Steps of it that the unit takes up.
     """
 
     steps: float = 0.0
     sigma: float = 0.0
+    blip: float = 0.0
 
     def pushed(self, side: float, way: float) -> float:
         """The side after a way of the motor that began at a side, signed steps, on which it does not turn round."""

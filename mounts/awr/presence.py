@@ -45,6 +45,8 @@ class Presence:
         self._asked = -math.inf  # POSIX seconds at which it was seen last
         self.cookie = parts.kept.cookie
         """What it was given, to know it again; none when it never was."""
+        self.discarded = False
+        """All of RAM was discarded by this program, or may be, and nobody has seen what it holds since."""
         self.notes: tuple[str, ...] = ()
         """What a person should know of it since it was connected."""
 
@@ -114,6 +116,7 @@ class Presence:
         if self._parts.words.take_up():
             self._parts.drives.as_the_words_say()
         self.cookie = self._parts.words.bake()
+        self.discarded = False
         self._asked = self._parts.unit.now()
 
     def warn_of_words(self) -> None:
@@ -152,7 +155,7 @@ class Presence:
     @property
     def is_due(self) -> bool:
         """Whether nobody has looked at it for a while."""
-        return self._parts.unit.now() - self._asked > _COOKIE_EVERY_S
+        return self.discarded or self._parts.unit.now() - self._asked > _COOKIE_EVERY_S
 
     def is_lost(self) -> bool:
         """See whether it was reset unheard, so that its soft writes are gone.
@@ -169,6 +172,11 @@ class Presence:
         words.overwritten.clear()
         if words.was_committed():
             self._parts.supervision.note(COMMITTED)
+        if self.discarded:
+            words.read()
+            words.insist()
+            self._parts.pace.forget()
+            self.bake()
         if self.cookie is None or words.is_there(self.cookie):
             return False
         self._parts.supervision.lose(SWITCHED)
@@ -192,6 +200,7 @@ class Presence:
         for axis in parts.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
+            axis.forget_side()
         parts.drives.as_the_words_say(now)
         parts.pace.forget()
         if parts.drives.resting:

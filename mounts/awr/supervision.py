@@ -78,6 +78,8 @@ class Supervision:
         index: tuple[float, float] | None = None,
     ) -> None:
         self.unsynchronised = unsynchronised
+        self.lost: Callable[[], None] = lambda: None
+        """Called when the position is lost."""
         self.stopped = False
         """The override holds it."""
         self.was_reset = False
@@ -166,6 +168,7 @@ class Supervision:
         """The position is unknown from now on, for the first reason that there was."""
         self.unsynchronised = self.unsynchronised or why
         self.note(why)
+        self.lost()
 
     def require_free(self) -> None:
         """See that the override does not hold it.

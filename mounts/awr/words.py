@@ -117,7 +117,7 @@ class Words:
         """What is left of the play of each axis besides the blips by which the unit takes it up."""
         settings = self._settings
         one, two = (
-            Play(0.0 if play is None else play - blip, sigma)
+            Play(0.0 if play is None else play - blip, sigma, blip)
             for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
         )
         return one, two

@@ -17,6 +17,7 @@ from pointing.next_limit import forbidden
 from pointing.pass_plan import pass_plan
 from pointing.plan import Leading, Start
 from pointing.profile import Ramps
+from pointing.sky import Sky
 from pointing.trajectory import Trajectory
 
 AXIS = Ramps(4.0 * COUNTS_PER_DEGREE, 0.9 * COUNTS_PER_DEGREE)
@@ -29,12 +30,32 @@ def test_the_next_limit_of_a_pass_is_the_same_before_on_and_after_a_bridge():
     up = next(MIDNIGHT + k for k in range(400) if geometry.allowed(target, MIDNIGHT + k))
     found = pass_plan(geometry, target, up, LEADING)
     ((begin, end),) = found.lost
-    pursuit = Pursuit(geometry, target, found.posture, found.wait, LEADING, found.trajectory)
     for time in (begin - 60.0, (begin + end) / 2.0, end + 60.0):
+        pursuit = Pursuit(geometry, target, found.posture, found.wait, LEADING, found.trajectory)
         moment, check = pursuit.next_limit(time)
         print(f"{time - begin:+.0f} s: {moment - found.ends:+.3f} s from the plan's end")
         assert moment == pytest.approx(found.ends, abs=0.02)
         assert check.name == found.limit.name
+
+
+def test_a_limit_that_was_found_is_looked_for_again_when_it_is_past_or_the_sky_has_changed(monkeypatch):
+    geometry = planner(MountType.ALTAZ_FORK)
+    target = Overhead(MIDNIGHT + 400.0, 1.1, math.radians(3.0))
+    up = next(MIDNIGHT + k for k in range(400) if geometry.allowed(target, MIDNIGHT + k))
+    found = pass_plan(geometry, target, up, LEADING)
+    pursuit = Pursuit(geometry, target, found.posture, found.wait, LEADING, found.trajectory)
+    searched = []
+    search = clockdrive.pursuit.next_limit
+    monkeypatch.setattr(
+        clockdrive.pursuit, "next_limit", lambda way, time, span: searched.append(time) or search(way, time, span)
+    )
+    begin, (moment, _) = found.joined, pursuit.next_limit(found.joined)
+    assert [pursuit.next_limit(begin + k)[0] for k in range(1, int(moment - begin), 7)][-1] == moment
+    assert searched == [begin]
+    geometry.sky = Sky(geometry.sky.site)  # as with other air
+    assert pursuit.next_limit(moment - 2.0)[0] == pytest.approx(moment, abs=0.02)
+    assert pursuit.next_limit(moment + 0.1)[0] == moment + 0.1
+    assert searched == [begin, moment - 2.0, moment + 0.1]
 
 
 def reading_at(way, moment):

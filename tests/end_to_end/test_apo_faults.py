@@ -152,8 +152,8 @@ class Run(FaultRun):
             done.append("sync")
             self.attempt(self.sync)
             scope.wait(2.0)
-        if self.turns and any("SET.POSITION DEGREES" in note for note in scope.status()["notes"]):
-            done.append("SET.POSITION")
+        if self.turns and any("sync --rotator-angle DEG" in note for note in scope.status()["notes"]):
+            done.append("sync of the rotator")
             self.attempt(scope.stop)
             scope.wait(30.0)
             self.attempt(self.set_rotator)
@@ -177,10 +177,11 @@ class Run(FaultRun):
         self.outcome += ", then " + (" and ".join(done) or "nothing more")
 
     def set_rotator(self):
-        """Tell the rotator's controller where it truly stands."""
+        """Say where the rotator truly stands, as on its scale."""
         self.witness.now()
         place = self.scope.simulator.true_position(3)
-        self.scope.drive.raw("rotator", f"SET.POSITION {place:.7f}", confirmed=True)
+        angle = self.scope._session.planner.rotator.axis.gearing.angle(place)
+        self.scope.sync_rotator(math.degrees(angle), force=True)
 
     def sync(self):
         """Sync on what the telescope truly points at."""

@@ -98,6 +98,14 @@ def test_a_gain_that_a_clock_had_before_is_assumed_from_the_first_looks_on(ppm, 
     assert abs(seen_at_a_slew(ppm, ppm, looks)[1]) < 3e-4
 
 
+def test_a_right_clock_does_not_gain_by_the_steps_of_its_rounding():
+    found = ClockOffset()
+    for k in range(160):
+        sent, step = 1_800_000_000.0 + 0.25 * k, -0.00045 if k < 80 else 0.00045
+        found.see(sent + 0.001 + step, sent, sent + 0.002)
+    assert found.value == found.line.gain == 0.0
+
+
 @pytest.mark.parametrize("assumed_ppm", [50.0, -50.0])
 def test_a_clock_that_no_longer_gains_is_believed_after_half_a_minute(assumed_ppm):
     found, missed = seen_at_a_slew(0.0, assumed_ppm, 120)

@@ -61,7 +61,8 @@ def test_a_motor_that_misses_steps_either_way_falls_short_and_each_slew_goes_on_
     print(f"\n5 % of the fast steps missed: {first:.0f} microsteps short, after another slew {second:.0f}")
     assert abs(bench.true()[1]) < 500_000.0
     assert 15_000.0 < first < 25_000.0
-    assert second < 2.0 * COUNT[1]
+    assert second < 0.05 * first + 1.5 * COUNT[1]  # what this one missed, and how well it was known where it began
+    assert within(bench)
     assert "ran where it was not sent" not in " ".join(bench.drive.notes)
 
 

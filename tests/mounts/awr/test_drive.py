@@ -205,6 +205,22 @@ def test_what_voids_dead_reckoning_makes_it_unsynchronised_until_sync(what, why,
     assert reading.counts == pytest.approx((10.0, 20.0), abs=60.0)
 
 
+@pytest.mark.parametrize(("firmware", "taken_up"), [(0.77, [200, 300]), (0.57, [7, 400])])
+def test_a_unit_takes_up_the_play_that_is_configured_in_ram_alone_and_again_after_a_reset(firmware, taken_up):
+    unit = SimulatorSettings(firmware=firmware, words=factory(backlash=(7, 400)))
+    bench = Bench(replace(SETTINGS, plays=(200.4, 300.0)), unit)
+    bench.connect()
+    assert [bench.awr.ram[address] for address in (0x19, 0x1A)] == taken_up
+    left = [play.steps for play in bench.drive.words.plays]
+    assert left == pytest.approx([0.4, 0.0] if firmware > 0.6 else [200.4, 300.0])
+    bench.awr.reset("brownout")
+    bench.clock.sleep(1.0)
+    bench.read()
+    assert [bench.awr.ram[address] for address in (0x19, 0x1A)] == taken_up
+    assert bench.drive.registers()["play_2"].startswith(f"{left[1]:.1f} steps besides what the unit takes up")
+    assert not bench.awr.wear
+
+
 @pytest.mark.parametrize("deaf", [False, True])
 @pytest.mark.parametrize("told", [False, True])
 def test_what_rests_rests_again_after_a_reset(told, deaf):

@@ -1,5 +1,6 @@
 """Play between motor and axis, as the driver reckons it, against gears that are followed end by end."""
 
+import math
 import random
 
 import pytest
@@ -73,6 +74,19 @@ def test_where_nobody_knew_the_side_an_axis_that_was_moved_is_unsure_by_half_the
     assert axis.at(5.0).uncertainty == pytest.approx(100.0, abs=0.01)
     axis.known(200.0, 5.0, 0.5)
     assert axis.at(6.0).uncertainty == 0.5
+
+
+def test_a_side_that_was_lost_leaves_a_blip_unsure_until_the_axis_is_known_behind_a_motion():
+    axis = AwrAxis(1, 0.0, 0.0, 0.0, side=1.0)
+    axis.has(Play(0.0, 0.0, 200.0), 0.0)
+    for stated in (200.0, 0.0):
+        if stated:
+            axis.forget_side()
+        axis.known(0.0, 1.0, 0.5)
+        assert axis.at(2.0).uncertainty == 0.5
+        axis.pressed(Press(Key(-100.0, 20_000.0), 3.0), 2.0)
+        axis.ended(Way(-300.0, 0.0), 6.0)
+        assert axis.at(6.0).uncertainty == pytest.approx(math.hypot(0.5, stated))
 
 
 def test_what_is_not_known_of_the_play_counts_on_the_other_side_only():
