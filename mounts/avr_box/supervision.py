@@ -13,7 +13,7 @@ from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
 from mounts.avr_box.encoders import ROUNDED_COUNTS, TRUST_COUNTS, Encoder, zeroed
-from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end, end_unseen
+from mounts.avr_box.runaway import AGAIN_S, BOUND_COUNTS, RUNS_COUNTS, Runaway, end
 from mounts.avr_box.tick_clock import TickClock
 
 _UNPROVED_COUNTS = 1.3  # beyond what was asked, where a move may have been mutilated: two roundings and their times
@@ -218,7 +218,6 @@ class Supervision:
         if self._axes[0].encoder is None:
             self._lose(MAY_RUN)
             self._abandon()
-            end_unseen(self._box, self._axes)
             return
         self.look()
 
