@@ -42,8 +42,8 @@ class Adjusting:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def sync(self, target: Target, posture: Posture | None, *, force: bool) -> float:
-        """Declare that the telescope points at a target now; return the correction of the larger axis, degrees.
+    def sync(self, target: Target, posture: Posture | None, *, force: bool) -> tuple[float, float]:
+        """Declare that the telescope points at a target now; return the correction of each axis, degrees.
 
         What offsets, guide pulses and centring corrected is in the position from then on, so they are cleared.
 
@@ -65,7 +65,8 @@ class Adjusting:
         near = here if trusted else self._last_trusted()
         side = posture or ("normal" if near is None else planner.mount.posture(near[1]))
         (angle1, _), (angle2, _) = planner.track(target, now, side, near or self._middle())
-        moved = math.degrees(max(abs(angle1 - here[0]), abs(angle2 - here[1])))
+        each = _moved_deg(here, (angle1, angle2))
+        moved = max(map(abs, each))
         if trusted and moved > _LARGEST_SYNC_DEG and not force:
             raise Refused(
                 f"a sync on {target.name} would move the position by {moved:.2f}°, more than {_LARGEST_SYNC_DEG:g}°: "
@@ -86,12 +87,15 @@ class Adjusting:
         cleared = [name for name in DISPLACEMENTS if session.store.clear_correction(name)]
         session.store.set_correction(Correction(SYNC, moved * 3600.0, "arcsec", f"sync on {target.name}", now))
         also = f"; {', '.join(cleared)} cleared, as the position holds them now" if cleared else ""
-        session.note("sync", f"on {target.name}, by {moved * 3600.0:.1f}″{also}")
+        by = " and ".join(
+            f"{axis.name} by {way * 3600.0:+.1f}″" for axis, way in zip(planner.axes, each, strict=True)
+        )
+        session.note("sync", f"on {target.name}, {by}{also}")
         session.taken(session.drive.read(session.clock.now()))
         if session.pursuit is not None and session.wanted is not None:
             leading, rotator = session.drive.leading, session.pursuit.turning(session.wanted, side)
             session.pursuit = Pursuit(planner, session.wanted, side, (angle1, angle2), leading, rotator=rotator)
-        return moved
+        return each
 
     def _last_trusted(self) -> tuple[float, float] | None:
         """Axis angles when the position was last trusted: the telescope still stands in that turn of each axis."""

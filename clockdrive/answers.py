@@ -10,11 +10,11 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.figures import place, planned, tracked
 from clockdrive.rotating import field, held
+from clockdrive.utc import utc
 from pointing.limits import Check
 from pointing.next_limit import next_limit
 from pointing.pass_plan import PassPlan, planned_pass
@@ -37,12 +37,6 @@ if TYPE_CHECKING:
     from clockdrive.slewing import Arrival
 
 
-def utc(time: float) -> str:
-    """POSIX seconds as UTC, to the millisecond."""
-    moment = datetime.fromtimestamp(round(time, 3), UTC)
-    return moment.strftime("%Y-%m-%dT%H:%M:%S.") + f"{moment.microsecond // 1000:03d}Z"
-
-
 def observed(direction: Vector, latitude: float) -> dict[str, float]:
     """An observed direction in degrees, over the horizon and over the equator."""
     azimuth, altitude = azimuth_altitude(direction)
@@ -53,12 +47,6 @@ def observed(direction: Vector, latitude: float) -> dict[str, float]:
         "hour_angle_deg": math.degrees(hour_angle),
         "declination_deg": math.degrees(declination),
     }
-
-
-def refusal(reason: str, reachable: float | None = None) -> dict[str, Any]:
-    """Why something was not done, and when it can be."""
-    answer: dict[str, Any] = {"ok": False, "reason": reason}
-    return answer if reachable is None else {**answer, "reachable_utc": utc(reachable)}
 
 
 @dataclass(frozen=True)
@@ -297,7 +285,7 @@ def _pass(found: PassPlan, planner: Planner) -> dict[str, Any]:
         "limit": None if found.limit is None else found.limit.detail,
         "posture": found.posture,
         "wait": {
-            axis.name: {"angle_deg": math.degrees(angle), "counts": round(axis.gearing.counts(angle))}
+            axis.name: {"angle_deg": math.degrees(angle), "counts": axis.nearest(angle)}
             for axis, angle in zip(planner.axes, found.wait, strict=True)
         },
         "lost": [

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
 from clockdrive.drives import kind_of
-from clockdrive.errors import ConfigurationError
+from clockdrive.errors import ConfigurationError, WeatherError
 from clockdrive.instruments import Instruments
 from clockdrive.rotating import rotator_of
 from clockdrive.surroundings import Surroundings
-from clockdrive.weather_sources import WeatherError
 from pointing.errors import PointingError
 from pointing.limits import Horizon, Limits
 from pointing.mount import Mount, MountType

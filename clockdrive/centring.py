@@ -14,7 +14,6 @@ left is by how much the pointing error itself changes over the way of the correc
 import math
 from dataclasses import dataclass
 
-from clockdrive.answers import utc
 from clockdrive.control import Steps
 from clockdrive.corrections import CENTRE, GUIDE, OFFSETS
 from clockdrive.displacing import Changes, displace, displaced, require_pursuit, values_of, write
@@ -22,6 +21,7 @@ from clockdrive.errors import Refused
 from clockdrive.session import Session
 from clockdrive.slewing import Report, Slewing
 from clockdrive.state import Correction
+from clockdrive.utc import utc
 from pointing.instant import Instant
 from pointing.limits import separation
 from pointing.offset import carried, offset_between

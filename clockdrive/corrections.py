@@ -10,10 +10,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from clockdrive.answers import utc
 from clockdrive.configuration import Configuration
 from clockdrive.state import Correction
 from clockdrive.surroundings import Surroundings
+from clockdrive.utc import utc
 from pointing.instant import Instant
 from pointing.limits import separation
 from pointing.mount import Mount

@@ -129,6 +129,16 @@ class DriveRegisters:
         """
         return self._done(lambda hand: hand.encoders())
 
+    def fiducials(self, axis: str | None = None) -> Answer:
+        """Return the last passages of fiducials, of all axes or of one by any of its names.
+
+        Raises
+        ------
+        Refused, DriveError, TransportError
+            This drive has none; a controller does not tell them, or does not answer.
+        """
+        return self._done(lambda hand: hand.fiducials(axis))
+
     def _done(self, work: Callable[[ByHand], Answer]) -> Answer:
         """Do it on the control thread, as the kind of the drive does it."""
         hand = kind_of(self._at_rest.configuration).by_hand(self._at_rest)
@@ -142,6 +152,7 @@ def drive_calls(telescope: "Telescope") -> dict[str, Call]:
         "drive_diff": lambda _args, _: drive.diff().json,
         "drive_encoders": lambda _args, _: drive.encoders().json,
         "drive_factory": lambda args, _: drive.factory(confirmed=bool(args.get("confirmed"))).json,
+        "drive_fiducials": lambda args, _: drive.fiducials(args.get("axis")).json,
         "drive_push": lambda args, _: drive.push(*args.get("keys", ())).json,
         "drive_raw": lambda args, _: (
             drive.raw(args["axis"], args["command"], confirmed=bool(args.get("confirmed"))).json

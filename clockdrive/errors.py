@@ -55,6 +55,10 @@ class StateError(ClockdriveError):
     """The state store cannot be read or written; the text says how to repair it."""
 
 
+class WeatherError(ClockdriveError):
+    """A source of weather gave no usable values; the text says what it gave and what to do."""
+
+
 class InputError(ClockdriveError):
     """A time, a duration or a pair of counts is not written as it must be."""
 

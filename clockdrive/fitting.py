@@ -74,6 +74,11 @@ class Wanted:
     pole: Pole = "true"
     by_run: bool = False
 
+    def free(self, kind: MountKind) -> int:
+        """How many terms are fitted; where they are chosen, those of which as many as usual are."""
+        names = {each.name for each in terms(self.terms or DEFAULT_TERMS[kind], kind)}
+        return len(names - set(self.fixed))
+
 
 @dataclass(frozen=True)
 class Fitted:
@@ -146,7 +151,7 @@ def fit_run(run: PointingRun, wanted: Wanted) -> Fitted:
     """
     run = run.masked(wanted.mask)
     names = wanted.terms or DEFAULT_TERMS[run.mount]
-    findings = diagnose(run, 2 if wanted.auto else max(len(terms(names, run.mount)) - len(wanted.fixed), 1))
+    findings = diagnose(run, 2 if wanted.auto else max(wanted.free(run.mount), 1))
     refused = [str(each) for each in findings if each.severity == "refuse"]
     if refused:
         raise PointingError("; ".join(refused))

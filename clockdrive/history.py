@@ -6,8 +6,8 @@ a sync or a loss of the position, is forgotten with the reason.
 
 from collections import deque
 
-from clockdrive.answers import utc
 from clockdrive.errors import Refused
+from clockdrive.utc import utc
 from mounts.drive import Reading
 
 SPAN_S = 1200.0

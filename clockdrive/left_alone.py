@@ -1,12 +1,14 @@
 """Where a telescope comes to that nobody holds: for a drive that tracks on when its program has ended."""
 
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from clockdrive.answers import utc
-from mounts.drive import Reading
-from pointing.limits import Check
-from pointing.planner import Planner
+from clockdrive.utc import utc
+
+if TYPE_CHECKING:
+    from mounts.drive import Reading
+    from pointing.limits import Check
+    from pointing.planner import Planner
 
 UNSTOPPED = "nothing switches its tracking off"
 NOWHERE = f"{UNSTOPPED}, and nobody knows how far a limit is: its power switch stops it"
@@ -31,14 +33,14 @@ class LeftAlone:
 
     time: float
     limit: float | None = None
-    check: Check | None = None
+    check: "Check | None" = None
 
     @classmethod
-    def of(cls, planner: Planner, reading: Reading, rate: float) -> Self:
+    def of(cls, planner: "Planner", reading: "Reading", rate: float) -> Self:
         """What comes of an axis 1 that goes on at `rate`, counts per second, and an axis 2 that stays."""
         one, two = reading.counts
 
-        def broken(seconds: float) -> Check | None:
+        def broken(seconds: float) -> "Check | None":
             angles = planner.angles((one + rate * seconds, two))
             return next((each for each in planner.standing(angles, reading.time + seconds) if not each.ok), None)
 

@@ -7,17 +7,18 @@ that died; `owner-*.key`, mode 0600, made anew by each owner, which opens its co
 
 import json
 import os
-import secrets
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from clockdrive.control_socket import ControlClient, ControlServer, Handler
 from clockdrive.errors import OwnedElsewhere, StateError
 from clockdrive.process_lock import ProcessLock
 from clockdrive.telescope_files import stem
+
+if TYPE_CHECKING:
+    from clockdrive.control_socket import ControlClient, ControlServer, Handler
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,11 @@ class Ownership:
         """Whether the owner before this one ended without letting go."""
         return self.previous is not None
 
-    def serve(self, handler: Handler) -> ControlServer:
+    def serve(self, handler: "Handler") -> "ControlServer":
         """Open the control socket and say where it is; see `ControlServer` for the handler."""
-        key = secrets.token_bytes(32)
+        from clockdrive.control_socket import ControlServer  # noqa: PLC0415 - as in `attach`
+
+        key = os.urandom(32)
         self._files.write_key(key)
         self._server = ControlServer(handler, key)
         self.info = OwnerInfo(**{**asdict(self.info), "address": self._server.address})
@@ -102,12 +105,14 @@ def owner(directory: Path, telescope: str) -> OwnerInfo | None:
     return _Files(directory, telescope).read_info()
 
 
-def attach(directory: Path, telescope: str) -> ControlClient | None:
+def attach(directory: Path, telescope: str) -> "ControlClient | None":
     """A client of the running owner; None when there is none, or it does not answer."""
     files = _Files(directory, telescope)
     info, key = files.read_info(), files.read_key()
     if info is None or info.address is None or key is None:
         return None
+    from clockdrive.control_socket import ControlClient  # noqa: PLC0415 - 15 ms: only where somebody is there
+
     client = ControlClient(info.address, key)
     return client if client.answers() else None
 

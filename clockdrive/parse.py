@@ -7,7 +7,7 @@ forms by their prefix; all else is a name. Right ascension counts in hours where
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -60,13 +60,6 @@ class Best:
 
 
 _BUNDLED = Sources()
-
-
-def shielded(words: Iterable[str]) -> list[str]:
-    """Command-line words in which `-22:00:52` can no longer be taken for an option."""
-    return [
-        f"−{word[1:]}" if re.match(r"-[\d.]", word) and not re.fullmatch(_NUMBER, word) else word for word in words
-    ]
 
 
 def target(words: str | Sequence[str], sources: Sources = _BUNDLED) -> Target | Best:

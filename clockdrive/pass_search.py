@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clockdrive import parse
-from clockdrive.answers import Answer, utc
+from clockdrive.answers import Answer
 from clockdrive.configuration import Configuration
 from clockdrive.errors import InputError, finite
 from clockdrive.planning import resolve, sources_of, without_a_drive
+from clockdrive.utc import utc
 from pointing.ephemeris_table import EphemerisTable
 from pointing.errors import TargetError
 from pointing.instant import Instant

@@ -1,6 +1,7 @@
 """Plans and rates that need no drive: targets and times as people give them, positions as they say."""
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast
 
 from clockdrive import parse
@@ -19,12 +20,10 @@ from clockdrive.surroundings import Surroundings
 from pointing.errors import TargetError, Unreachable
 from pointing.instant import Instant
 from pointing.mount import POSTURES
-from pointing.pass_plan import PassPlan, is_fast, pass_plan
+from pointing.pass_plan import UP_S, PassPlan, is_fast, pass_plan
 from pointing.plan import Plan, Start, Timing
 from pointing.planner import Planner
-from pointing.rate_offset import RateOffsetTarget
 from pointing.rotator import Hold
-from pointing.rotator_plan import with_rotator
 from pointing.targets import ARCSEC, Star, Target, notes_of
 from pointing.vectors import Vector
 
@@ -49,7 +48,7 @@ _DECIDING = frozenset(
 
 def counted(configuration: Configuration) -> tuple[int, int]:
     """The lowest and the highest count at which an axis of the configured drive can stand."""
-    signed = kind_of(configuration).axes(configuration)[0].units == "microsteps"
+    signed = kind_of(configuration).axes(configuration)[0].units in {"microsteps", "steps"}
     return (-(2**31), 2**31 - 1) if signed else (0, 0xFFFFFF)
 
 
@@ -100,13 +99,41 @@ def plan_or_pass(
         plan = planner.plan(target, start, timing)
     except Unreachable as refusal:
         up, leading = refusal.reachable, timing.leading
-        if up is None or leading is None or not is_fast(planner, target, up):
+        if up is None or not is_fast(planner, target, up):
             raise
         ahead = pass_plan(planner, target, up, leading)
+        if ahead is not None and leading is None:
+            ahead = _met(planner, target, ahead, start, timing, hold)
         if ahead is None:
             raise
         return ahead
+    return _turned(planner, plan, target, start, timing, hold)
+
+
+def _turned(planner: Planner, plan: Plan, target: Target, start: Start, timing: Timing, hold: Hold | None) -> Plan:
+    """The plan with what the rotator does, of a telescope that has one."""
+    if planner.rotator is None:
+        return plan
+    from pointing.rotator_plan import with_rotator  # noqa: PLC0415 - only of a telescope that has one
+
     return with_rotator(planner, plan, target, start, timing, hold)
+
+
+def _met(
+    planner: Planner, target: Target, ahead: PassPlan, start: Start, timing: Timing, hold: Hold | None
+) -> PassPlan | None:
+    """The pass with the moment at which axes that wait for it meet it by a slew, and where the rotator waits.
+
+    None where they cannot meet it: it is too fast for them.
+    """
+    one, two = (axis.gearing.counts(angle) for axis, angle in zip(planner.axes, ahead.wait, strict=True))
+    begin = Start(ahead.reachable + UP_S, (one, two), rotator=start.rotator)
+    try:
+        axes = planner.plan(target, begin, timing)
+        turns = _turned(planner, axes, target, begin, timing, hold).rotator
+    except Unreachable:
+        return None
+    return replace(ahead, joined=axes.arrival, rotator=None if turns is None else turns.axis.angle)
 
 
 def answered(
@@ -259,6 +286,8 @@ def drifting(target: Target, drift: Drift | None, time: float) -> Target:
     """
     if drift is None:
         return target
+    from pointing.rate_offset import RateOffsetTarget  # noqa: PLC0415 - only of what drifts
+
     since = time if drift.since is None else drift.since
     made = RateOffsetTarget(
         target, drift.east_arcsec_s * ARCSEC, drift.north_arcsec_s * ARCSEC, Instant.from_posix(since)

@@ -11,9 +11,10 @@ from clockdrive.configuration import Configuration
 from clockdrive.errors import InputError
 from clockdrive.fitting import Wanted
 from clockdrive.mount_registers import configured
-from clockdrive.run_report import FEWEST, RunReport, pointing_run, report_of, stored_of, worst
+from clockdrive.run_report import RunReport, pointing_run, report_of, stored_of, worst
 from clockdrive.run_store import RunStore, StoredRun
 from clockdrive.state import StateStore, Zero
+from pointing.model.cross_validation import fewest_predicted
 from pointing.model.run import PointingRun
 from pointing.model.run_file import read_run
 from pointing.model.tpoint_file import write_tpoint
@@ -131,10 +132,11 @@ class PointingRuns:
             None would be masked, or fewer would be left than a fit needs.
         """
         report = self.report(name)
-        most = int(np.count_nonzero(report.run.kept)) - FEWEST
+        needed = fewest_predicted(Wanted().free(report.run.mount))
+        most = int(np.count_nonzero(report.run.kept)) - needed
         if not 1 <= count <= most:
             bound = f"1 to {most} can be masked" if most > 0 else "no more can be masked"
-            raise InputError(f"the worst {count} of {name}: {bound}, as a fit needs {FEWEST} stars")
+            raise InputError(f"the worst {count} of {name}: {bound}, as a fit needs {needed} stars")
         found = worst(report, count)
         self.store.mask(name, found, "the worst of its fit")
         return found

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 
-from clockdrive.answers import utc
 from clockdrive.configuration import Configuration, load
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.errors import ClockdriveError
 from clockdrive.owner import attach
 from clockdrive.state import StateStore
+from clockdrive.utc import utc
 from mounts.errors import DriveError
 from pointing.errors import PointingError
 from transports.errors import TransportError

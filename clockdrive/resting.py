@@ -4,6 +4,7 @@ It is held where it stands when everything else has ended: no hold leads back ov
 no path is checked on it. Axis 2 stands by itself.
 """
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -72,8 +73,30 @@ class Holding:
         if any(axis.slewing for axis in reading.axes) or moved_by_others(reading):
             self.end()
         elif self.rest is None:
-            self.rest = Rest(inside(self._planner.axes[0], reading.counts, capabilities))
+            self.rest = Rest(place(self._planner, reading.counts, capabilities, reading.time))
         return self.rest
+
+
+def place(
+    planner: Planner, counts: tuple[float, float], capabilities: Capabilities, time: float
+) -> tuple[float, float]:
+    """`inside` of its travel, and as far on as keeps the holding clear of what `counts` is clear of at a time.
+
+    Horizon and Sun may forbid the far end of the holding where they allow the place: it is then held a width later,
+    to where its own tracking takes it. What comes to it while it is held, as the Sun, comes to all that rests.
+    """
+    one, two = inside(planner.axes[0], counts, capabilities)
+    width = math.copysign(capabilities.rests_within, capabilities.goes_on_at)
+
+    def worse(end: float) -> bool:
+        failed, allowed = (
+            {check.name for check in planner.standing(planner.angles((here, two)), time) if not check.ok}
+            for here in (end, one)
+        )
+        return bool(failed - allowed)
+
+    onwards = inside(planner.axes[0], (one + width, two), capabilities)[0]
+    return (onwards, two) if worse(one - width) and not worse(onwards) else (one, two)
 
 
 def inside(axis: Axis, counts: tuple[float, float], capabilities: Capabilities) -> tuple[float, float]:

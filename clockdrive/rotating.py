@@ -3,12 +3,11 @@
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from clockdrive.configuration import Configuration
 from clockdrive.errors import ArgumentError, Refused, finite
 from clockdrive.figures import tracked
-from mounts.drive import Reading
 from pointing.errors import PointingError
 from pointing.field_rotation import SkyAt, turned
 from pointing.gearing import Gearing
@@ -18,6 +17,9 @@ from pointing.mount import Posture
 from pointing.plan import Axis
 from pointing.rotator import MODES, Held, Hold, Rotator, field_rotation
 from pointing.targets import Target
+
+if TYPE_CHECKING:
+    from mounts.drive import Reading
 
 OPTIONS = ("rotator", "position_angle_deg")
 """What a call takes to say what the rotator is to hold."""
@@ -114,7 +116,7 @@ def instrument_angles(geometry: Geometry, angles: tuple[float, float], rotator: 
 def rotator_status(
     geometry: Geometry,
     rotator: Rotator,
-    reading: Reading,
+    reading: "Reading",
     angles: tuple[float, float],
     hold: Hold | None,
     *,

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from clockdrive.answers import utc
 from clockdrive.errors import ClockdriveError
 from clockdrive.fitting import Fitted, Wanted, fit_run
 from clockdrive.run_store import Observation, StoredRun
 from clockdrive.state import Zero
+from clockdrive.utc import utc
 from pointing.limits import separation
-from pointing.model.cross_validation import cv_sky_rms_arcsec
+from pointing.model.cross_validation import cv_sky_rms_arcsec, fewest_predicted
 from pointing.model.fit import fit
 from pointing.model.fitted import Fit
 from pointing.model.place import MountKind
@@ -30,8 +30,6 @@ from pointing.mount import Mount, MountType
 from pointing.site import Weather
 from pointing.vectors import Vector, equatorial_to_horizon, from_azimuth_altitude
 
-FEWEST = 6
-"""Stars of a run that can be fitted at all."""
 _UNEXPLAINED = 3.0  # times the scatter of the looks, beyond which stars scatter for another reason
 _MISTRUSTED = 6.0  # σ, where neighbours share an error: 4.6 were seen of a term that is not there
 _FEW = 20  # with which no more than the standard terms are told apart
@@ -185,18 +183,17 @@ def report_of(
     PointingError
         A fit of it would mean nothing; says what is wrong.
     """
-    run = pointing_run(stored, registers, zero)
-    kept = int(np.count_nonzero(run.kept))
-    if kept < FEWEST:
+    run, wanted = pointing_run(stored, registers, zero), wanted or Wanted(by_run=True)
+    kept, k = int(np.count_nonzero(run.masked(wanted.mask).kept)), wanted.free(run.mount)
+    if kept < (needed := fewest_predicted(k)):
         raise TooFewStars(
             f"the run {stored.name} has {_counted(kept, 'star')} to fit, "
-            f"{_counted(len(stored.skipped), 'place')} skipped; a fit needs {FEWEST}, and 20 to 50 make a good one: "
+            f"{_counted(len(stored.skipped), 'place')} skipped; a fit of {_counted(k, 'term')} needs {needed}, and "
+            "20 to 50 make a good one: "
             f"{'resume it or append to it' if stored.pending or stored.skipped else 'append to it'}"
         )
-    wanted = wanted or Wanted(by_run=True)
     if wanted.by_run:
-        enough = int(np.count_nonzero(run.masked(wanted.mask).kept)) >= _FEW
-        wanted = replace(wanted, auto=enough, outliers=enough)
+        wanted = replace(wanted, auto=kept >= _FEW, outliers=kept >= _FEW)
     fitted = fit_run(run, wanted)
     return RunReport(
         stored, run, fitted,

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from clockdrive.errors import InputError, Refused
 from clockdrive.process_lock import ProcessLock
-from clockdrive.state_file import Kind, StateFile, Store
+from clockdrive.state_file import Kind, Store
 from pointing.model.place import MountKind
 from pointing.mount import Posture
 from pointing.run_plan import RunPlace
@@ -179,8 +179,7 @@ class RunStore(Store):
     """
 
     def __init__(self, directory: Path, telescope: str, patience_s: float = 10.0) -> None:
-        self.telescope = telescope
-        self._file = StateFile(directory, _KIND, patience_s)
+        super().__init__(directory, _KIND, telescope, patience_s)
 
     # Runs ------------------------------------------------------------------------------------------------------
 

@@ -5,13 +5,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 
-from clockdrive.answers import utc
 from clockdrive.errors import ArgumentError, InputError, Refused
 from clockdrive.observing import Observing
 from clockdrive.pointing_runs import PointingRuns
 from clockdrive.run_store import PlacedStar, StoredRun, named
 from clockdrive.session import Session
 from clockdrive.slewing import Slewing
+from clockdrive.utc import utc
 from pointing.catalogue import bright_stars
 from pointing.run_plan import MOST_PLACES, RunPlace, short_way, spread_places, star_places
 

@@ -86,13 +86,21 @@ class Service:
 
     def _sync(self, args: dict[str, Any], _: Emit) -> dict[str, object]:
         force = bool(args.get("force"))
+        axes: list[float] = []
         if args.get("target"):
-            moved = self._telescope.sync(args["target"], args.get("posture"), force=force)
+            axes = list(self._telescope.sync_axes(args["target"], args.get("posture"), force=force))
+            moved = max(map(abs, axes))
         else:
             angle, lies = args["rotator_angle_deg"], args["position_angle_deg"]
             moved = self._telescope.sync_rotator(angle, position_angle_deg=lies, force=force)
         noted = next((event.text for event in self._telescope.events(10) if event.kind == "sync"), "")
-        return {"ok": True, "moved_deg": moved, "moved_arcsec": moved * 3600.0, "noted": noted}
+        return {
+            "ok": True,
+            "moved_deg": moved,
+            "moved_arcsec": moved * 3600.0,
+            "axes_moved_arcsec": [each * 3600.0 for each in axes],
+            "noted": noted,
+        }
 
 
 def _wishes(args: dict[str, Any]) -> dict[str, Any]:

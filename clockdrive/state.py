@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from clockdrive.event_log import EventLog
-from clockdrive.state_file import Kind, StateFile, Store
+from clockdrive.state_file import Kind, Store
 
 FILE_NAME = "state.sqlite3"
 _SCHEMA = """
@@ -133,8 +133,7 @@ class StateStore(Store):
     """
 
     def __init__(self, directory: Path, telescope: str) -> None:
-        self.telescope = telescope
-        self._file = StateFile(directory, _KIND)
+        super().__init__(directory, _KIND, telescope)
         self.log = EventLog(directory, telescope)
         try:
             self._forget_old_events()

@@ -192,9 +192,19 @@ class StateFile:
 
 
 class Store:
-    """What is kept in one file, open until it is closed or its block ends."""
+    """What is kept of one telescope in one file, open until it is closed or its block ends.
 
-    _file: StateFile
+    Parameters
+    ----------
+    directory, kind, patience_s
+        As for `StateFile`.
+    telescope : str
+        Which telescope, such as `Configuration.identity`.
+    """
+
+    def __init__(self, directory: Path, kind: Kind, telescope: str, patience_s: float = _PATIENCE_S) -> None:
+        self.telescope = telescope
+        self._file = StateFile(directory, kind, patience_s)
 
     @property
     def path(self) -> Path:

@@ -3,12 +3,13 @@
 import math
 from typing import Any
 
-from clockdrive.answers import limit_answer, observed, utc
+from clockdrive.answers import limit_answer, observed
 from clockdrive.configuration import Configuration
 from clockdrive.corrections import ledger
 from clockdrive.rotating import field, rotator_status
 from clockdrive.session import Session
 from clockdrive.state import StateStore
+from clockdrive.utc import utc
 from mounts.drive import ROTATOR, Reading
 from pointing.instant import Instant
 from pointing.vectors import longitude_latitude

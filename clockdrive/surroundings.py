@@ -5,15 +5,20 @@ must be told. `notes` belong under every plan. Neither waits or raises.
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from clockdrive.air import Air, effect_arcsec, sky_with
 from clockdrive.clock import VirtualClock
 from clockdrive.clock_watch import ClockWatch
 from clockdrive.host_clock import HostClock, HostClockCheck, host_clock
-from clockdrive.polled import at_once, on_a_thread
-from clockdrive.weather import Air, LiveWeather, effect_arcsec, sky_with, weather_source
+from clockdrive.polled import Start, at_once, on_a_thread
 from pointing.instant import Instant
 from pointing.planner import Planner
-from transports.link import Clock
+from pointing.site import Site
+
+if TYPE_CHECKING:
+    from clockdrive.weather import LiveWeather
+    from transports.link import Clock
 
 _VIRTUAL = HostClock(synchronised=True, error_s=0.0, source="virtual clock")
 
@@ -38,14 +43,16 @@ class Surroundings:
         It is no weather source.
     """
 
-    def __init__(self, planner: Planner, clock: Clock, source: str | None = None, folder: Path | None = None) -> None:
+    def __init__(
+        self, planner: Planner, clock: "Clock", source: str | None = None, folder: Path | None = None
+    ) -> None:
         virtual = isinstance(clock, VirtualClock)
         start = at_once if virtual else on_a_thread
         self._planner = planner
         self._site = planner.sky.site
         self._check = HostClockCheck((lambda: _VIRTUAL) if virtual else host_clock, start)
         self._watch = ClockWatch(clock.now, clock.now if virtual else None)
-        self._live = LiveWeather(weather_source(source, folder), self._site, start=start) if source else None
+        self._live = _live_weather(source, folder, self._site, start) if source else None
         self.air = Air(self._site.weather)
         self.stepped = ""
         """The sentence on the last step of the clock, until somebody aims anew."""
@@ -104,3 +111,9 @@ class Surroundings:
 
     def _air(self, now: float) -> Air:
         return Air(self._site.weather) if self._live is None else self._live.at(now)
+
+
+def _live_weather(source: str, folder: Path | None, site: Site, start: Start) -> "LiveWeather":
+    from clockdrive.weather import LiveWeather, weather_source  # noqa: PLC0415 - only where it is measured
+
+    return LiveWeather(weather_source(source, folder), site, start=start)

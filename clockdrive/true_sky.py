@@ -3,6 +3,7 @@
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from clockdrive.control import Steps
@@ -66,13 +67,15 @@ class SimulatedSky:
     ) -> "SimulatedSky":
         """The sky of the embedded simulator, which is built as the configuration says."""
         from clockdrive.drives import kind_of  # noqa: PLC0415 - only where a simulator is the witness
+        from clockdrive.drives.kind import Geared  # noqa: PLC0415 - likewise
         from mounts.true_mount import TrueMount  # noqa: PLC0415 - likewise
 
         gear = configuration.values.get("axis1.main_gear")
         worm = 1.0 / float(gear) if isinstance(gear, GearTeeth) else 1.0  # turns of the worm a turn of axis 1
         latitude = math.radians(configuration.site.latitude_deg)
         simulator = configuration.simulator
-        mount = TrueMount(simulator, configuration.mount.type, latitude, worm)
+        errors = replace(simulator, backlash_arcsec=0.0) if isinstance(device, Geared) else simulator
+        mount = TrueMount(errors, configuration.mount.type, latitude, worm)
         one, two = (axis.gearing for axis in kind_of(configuration).axes(configuration))
         made = cls(device, (one, two), mount, clock, simulator.sky_noise_arcsec, simulator.seed, call)
         if configuration.mount.type != "altaz-fork" and latitude < 0.0:

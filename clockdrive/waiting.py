@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from clockdrive.answers import utc
+from clockdrive.utc import utc
 
 
 @dataclass(frozen=True)

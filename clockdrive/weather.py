@@ -1,20 +1,19 @@
-"""The air over the telescope now: measured where there is a source, and always with its age.
+"""The air over the telescope now, where there is a source that measures it.
 
-Refraction follows pressure and temperature: at 45° altitude it changes by 0.06″ a hectopascal and 0.2″ a degree. A
-measurement is taken when it is recent and possible at the site's height; otherwise the last good one goes on, before
-the first the configured air, and a sentence says why. Sources are asked on a thread of their own: nobody waits.
+A measurement is taken when it is recent and possible at the site's height; otherwise the last good one goes on,
+before the first the configured air, and a sentence says why. Sources are asked on a thread of their own, so that
+nobody waits.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from clockdrive.air import Air, WeatherReading, ago
+from clockdrive.errors import WeatherError
 from clockdrive.polled import Polled, Start, on_a_thread
-from clockdrive.weather_sources import CommandSource, FileSource, Measured, WeatherError, WeatherSource
-from pointing.refraction import refraction
+from clockdrive.weather_sources import CommandSource, FileSource, Measured, WeatherSource
 from pointing.site import Site, Weather
-from pointing.sky import Sky
 
 MAX_AGE_S = 900.0
 EVERY_S = 30.0
@@ -26,63 +25,6 @@ _TEMPERATURE_C = (-95.0, 58.0)  # the extremes ever measured on the ground
 # Of the standard atmosphere: polar winters at 3000 m reach 0.89, the highest pressure ever measured 1.07.
 _STANDARD = (0.88, 1.08)
 _SHORT = {"pressure_hpa": "pressure", "temperature_c": "temperature", "relative_humidity": "humidity"}
-_ARCSEC = 180.0 / math.pi * 3600.0
-
-
-@dataclass(frozen=True)
-class WeatherReading:
-    """A measurement that was found good.
-
-    Parameters
-    ----------
-    weather : Weather
-        The air; what the source does not measure is as configured.
-    time : float
-        When it was measured, POSIX seconds.
-    origin : str
-        The source, and what of it is as configured.
-    """
-
-    weather: Weather
-    time: float
-    origin: str
-
-    def age_s(self, now: float) -> float:
-        """Seconds since it was measured."""
-        return max(0.0, now - self.time)
-
-
-@dataclass(frozen=True)
-class Air:
-    """What to refract with at a moment.
-
-    Parameters
-    ----------
-    weather : Weather
-        The air.
-    reading : WeatherReading or None
-        Where it is from; None for the configured air.
-    age_s : float or None
-        Age of the reading.
-    trouble : str
-        Why no newer one is there: value, bound, remedy; empty when all is well.
-    """
-
-    weather: Weather
-    reading: WeatherReading | None = None
-    age_s: float | None = None
-    trouble: str = ""
-
-    @property
-    def origin(self) -> str:
-        """The air in words, with where it is from and its age."""
-        air = self.weather
-        if not air.refraction:
-            return "switched off in [site.weather]"
-        values = f"{air.pressure_hpa:.1f} hPa, {air.temperature_c:.1f} °C, humidity {air.relative_humidity:.2f}"
-        if self.reading is None or self.age_s is None:
-            return f"{values}, as configured"
-        return f"{values}, from {self.reading.origin}, {_ago(self.age_s)} old"
 
 
 @dataclass(frozen=True)
@@ -138,7 +80,7 @@ class LiveWeather:
         troubles = list(self._troubles(outcome, age, now))
         if troubles:
             troubles.append(
-                "the configured air is used" if age is None else f"the air of {_ago(age)} ago goes on being used"
+                "the configured air is used" if age is None else f"the air of {ago(age)} ago goes on being used"
             )
         return Air(self._site.weather if good is None else good.weather, good, age, "; ".join(troubles))
 
@@ -147,9 +89,9 @@ class LiveWeather:
             yield outcome.trouble
         waiting = self._polled.waiting_s(now)
         if waiting > _LATE_S:
-            yield f"{self._source.name} has not answered for {_ago(waiting)} (bound {_ago(_LATE_S)}); check it"
+            yield f"{self._source.name} has not answered for {ago(waiting)} (bound {ago(_LATE_S)}); check it"
         if age is not None and age > self._max_age_s and not outcome.trouble:
-            yield f"the last measurement is {_ago(age)} old (bound {_ago(self._max_age_s)}); check the station"
+            yield f"the last measurement is {ago(age)} old (bound {ago(self._max_age_s)}); check the station"
 
     def _ask(self, now: float) -> _Outcome:
         try:
@@ -208,35 +150,12 @@ def weather_source(text: str, folder: Path | None = None) -> WeatherSource:
     )
 
 
-def effect_arcsec(site: Site, reading: WeatherReading, altitude: float) -> float:
-    """How much higher a target is seen with a reading's air than with the configured, arcseconds.
-
-    Parameters
-    ----------
-    site : Site
-        With the configured air.
-    reading : WeatherReading
-        The measured air.
-    altitude : float
-        Observed altitude, radians.
-    """
-    measured, configured = (
-        refraction(altitude, *air.refraction_constants()) for air in (reading.weather, site.weather)
-    )
-    return (measured - configured) * _ARCSEC
-
-
-def sky_with(sky: Sky, weather: Weather) -> Sky:
-    """The same sky with other air; the same object while the air is the same."""
-    return sky if weather == sky.site.weather else Sky(replace(sky.site, weather=weather), sky.earth_orientation)
-
-
 def _objections(found: Measured, height_m: float, now: float, max_age_s: float) -> Iterator[str]:
     age = now - found.time
     if not age <= max_age_s:
-        yield f"measured {_ago(age)} ago (bound {_ago(max_age_s)}); check that the weather station runs"
+        yield f"measured {ago(age)} ago (bound {ago(max_age_s)}); check that the weather station runs"
     if age < -_AHEAD_S:
-        yield f"measured {_ago(-age)} in the future (bound {_ago(_AHEAD_S)}); correct the wrong clock, or its zone"
+        yield f"measured {ago(-age)} in the future (bound {ago(_AHEAD_S)}); correct the wrong clock, or its zone"
     if found.pressure_hpa is not None:
         yield from _impossible_pressure(found.pressure_hpa, height_m)
     low, high = _TEMPERATURE_C
@@ -256,10 +175,3 @@ def _impossible_pressure(hpa: float, height_m: float) -> Iterator[str]:
             f"pressure {hpa:.6g} hPa; at {height_m:.0f} m {low:.0f} to {high:.0f} are possible: give hPa at the "
             "station, not reduced to sea level, and check height_m"
         )
-
-
-def _ago(seconds: float) -> str:
-    for unit_s, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 2.0 * unit_s:
-            return f"{seconds / unit_s:.3g} {unit}"
-    return f"{seconds:.0f} s"

@@ -14,7 +14,8 @@ from contextlib import suppress
 from typing import Any
 from urllib.parse import urlencode, urlsplit
 
-from clockdrive.weather_sources import MOST_BYTES, Measured, WeatherError, quantity
+from clockdrive.errors import WeatherError
+from clockdrive.weather_sources import MOST_BYTES, Measured, quantity
 
 _NOT_IMPLEMENTED, _VALUE_NOT_SET, _NOT_CONNECTED = 0x400, 0x402, 0x407
 _DEVICE = "/api/v1/observingconditions/0"

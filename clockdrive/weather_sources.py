@@ -22,16 +22,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol
 
-from clockdrive.errors import ClockdriveError
+from clockdrive.errors import WeatherError
 
 MOST_BYTES = 65_536
 _PROGRAM_S = 10.0
 _UNITS = {"pressure_hpa": "hPa", "temperature_c": "°C", "relative_humidity": "0 to 1"}
 _QUANTITIES = tuple(_UNITS)
-
-
-class WeatherError(ClockdriveError):
-    """A source gave no usable values; the text says what it gave and what to do."""
 
 
 @dataclass(frozen=True)

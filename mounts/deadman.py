@@ -22,6 +22,7 @@ from mounts.deadman_process import (
     ARM,
     BEAT,
     DISARM,
+    EASE,
     FAILED,
     HASTEN,
     READY,
@@ -69,8 +70,8 @@ class DeadMan(Running):
         The module that calls `deadman_process.run` with its only argument and the system's clock.
     silence_s : float
         How long an armed owner may be silent. Longer than any one exchange with the drive may take.
-    hasty_s : float, optional
-        Likewise from `hasten` on.
+    hasty_s, easy_s : float, optional
+        Likewise from `hasten` and from `ease` on.
     log : Path, optional
         A file to which the process adds a line when it has acted; stderr where there is none.
 
@@ -88,6 +89,7 @@ class DeadMan(Running):
         program: str,
         silence_s: float = 0.4,
         hasty_s: float | None = None,
+        easy_s: float | None = None,
         log: Path | None = None,
     ) -> None:
         if not frames:
@@ -100,12 +102,14 @@ class DeadMan(Running):
             silence_s,
             str(log.absolute()) if log else "",
             silence_s if hasty_s is None else hasty_s,
+            silence_s if easy_s is None else easy_s,
         )
         self._program = program
         self._process: subprocess.Popen[bytes] | None = None
         self._channel: socket.socket | None = None
         self._shared: int | None = None
         self._armed = False
+        self._silence_s = silence_s  # allowed now
 
     @property
     def alive(self) -> bool:
@@ -124,7 +128,7 @@ class DeadMan(Running):
                 return "the dead-man process does not listen any more: it is making the drive safe, or hangs"
             case code if code == SAFE:
                 return (
-                    f"the dead-man process stopped the drive, having heard nothing for {self._orders.silence_s:g} s; "
+                    f"the dead-man process stopped the drive, having heard nothing for {self._silence_s:g} s; "
                     "read the drive's state before moving again"
                 )
             case code if code == FAILED:
@@ -169,14 +173,20 @@ class DeadMan(Running):
         DeadManError
             There is no process to arm; nothing may be moved.
         """
-        self._armed = True
+        self._armed, self._silence_s = True, self._orders.silence_s
         self._tell(ARM)
         if not self.alive:
             raise DeadManError(self.fate)
 
     def hasten(self) -> None:
         """A motion must end soon: the process waits only `hasty_s` from now on, until `arm` or `disarm`."""
+        self._silence_s = self._orders.hasty_s
         self._tell(HASTEN)
+
+    def ease(self) -> None:
+        """What moves is slow: the process waits `easy_s` from now on, until `arm`, `hasten` or `disarm`."""
+        self._silence_s = self._orders.easy_s
+        self._tell(EASE)
 
     def beat(self) -> bool:
         """Say that the owner lives; return whether the process still does.

@@ -2,7 +2,7 @@
 
 - The owner's messages are single bytes on a channel. Unarmed, the process only waits. Armed, it acts when the channel
   ends, which is the owner's death, or when no message comes for `silence_s`, which is the owner frozen.
-- Hastened, it waits only for `hasty_s`, until it is armed anew or disarmed.
+- Hastened, it waits only for `hasty_s`, and eased for `easy_s`, until it is armed anew or disarmed.
 - It acts on the owner's own connection where that was shared with it: a unit that serves one client at a time takes
   orders on no other while the owner holds it. Where nothing was shared, or what was shared fails, the owner's
   connection is ended and the link opened anew, again and again: a unit may hold on to its last client for a while.
@@ -33,8 +33,8 @@ from transports.errors import LinkError, NoAnswer, TransportError
 from transports.link import Clock, Link
 from transports.open_link import open_link
 
-READY, BEAT, ARM, HASTEN, DISARM, SHARE, WITHDRAW = (
-    b"RBAHDSW"  # SHARE comes with the descriptor of the owner's connection
+READY, BEAT, ARM, HASTEN, EASE, DISARM, SHARE, WITHDRAW = (
+    b"RBAHEDSW"  # SHARE comes with the descriptor of the owner's connection
 )
 UNNEEDED, SAFE, FAILED = 0, 3, 4  # how the process ended
 
@@ -55,6 +55,7 @@ class SafeFrame:
     data: bytes
     answer: bytes  # a regular expression
     quiet_s: float = QUIET_S  # a line silent for so long holds back no answer to something else
+    answer_s: float = ANSWER_S  # for its answer
 
 
 @dataclass(frozen=True)
@@ -66,20 +67,24 @@ class Orders:
     silence_s: float
     log: str  # path of a file to which a line is added; empty for stderr
     hasty_s: float = 0.0  # silence of an owner that hastened it; 0: as ever
+    easy_s: float = 0.0  # likewise of one that eased it
 
     def as_text(self) -> str:
         """The orders as one argument of a command line; inverse of `from_text`."""
         frames = [
-            (frame.data.decode("latin-1"), frame.answer.decode("latin-1"), frame.quiet_s) for frame in self.frames
+            (frame.data.decode("latin-1"), frame.answer.decode("latin-1"), frame.quiet_s, frame.answer_s)
+            for frame in self.frames
         ]
-        return json.dumps([self.url, frames, self.silence_s, self.log, self.hasty_s])
+        return json.dumps([self.url, frames, self.silence_s, self.log, self.hasty_s, self.easy_s])
 
     @classmethod
     def from_text(cls, text: str) -> "Orders":
         """Return what `as_text` wrote."""
-        url, frames, silence_s, log, hasty_s = json.loads(text)
-        safe = (SafeFrame(data.encode("latin-1"), answer.encode("latin-1"), quiet) for data, answer, quiet in frames)
-        return cls(url, tuple(safe), silence_s, log, hasty_s)
+        url, frames, silence_s, log, hasty_s, easy_s = json.loads(text)
+        safe = (
+            SafeFrame(data.encode("latin-1"), answer.encode("latin-1"), *times) for data, answer, *times in frames
+        )
+        return cls(url, tuple(safe), silence_s, log, hasty_s, easy_s)
 
 
 def run(text: str, clock: Clock) -> int:
@@ -97,7 +102,7 @@ def run(text: str, clock: Clock) -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     orders = Orders.from_text(text)
     with _channel() as channel:
-        watch = Watch(channel, orders.silence_s, orders.hasty_s)
+        watch = Watch(channel, orders.silence_s, orders.hasty_s, orders.easy_s)
         with suppress(OSError):  # an owner gone already is noticed by the watch
             channel.send(bytes((READY,)))
         reason = watch.until_needed()
@@ -122,14 +127,16 @@ class Watch:
         From the owner.
     silence_s : float
         How long an armed owner may be silent.
-    hasty_s : float
-        Likewise once it has hastened; 0 for the same.
+    hasty_s, easy_s : float
+        Likewise once it has hastened, or eased; 0 for the same.
     """
 
-    def __init__(self, channel: socket.socket, silence_s: float, hasty_s: float = 0.0) -> None:
+    def __init__(self, channel: socket.socket, silence_s: float, hasty_s: float = 0.0, easy_s: float = 0.0) -> None:
         self._channel = channel
-        self._patience = self._silence = silence_s
-        self._hasty = hasty_s or silence_s
+        self._silence = silence_s
+        self._silences = {
+            ARM: silence_s, HASTEN: hasty_s or silence_s, EASE: easy_s or silence_s, DISARM: silence_s
+        }  # fmt: skip
         self._armed = False
         self._shared: int | None = None
 
@@ -154,10 +161,10 @@ class Watch:
         return shared
 
     def _obey(self, message: int, descriptors: list[int]) -> None:
-        if message in (ARM, DISARM):
-            self._armed, self._silence = message == ARM, self._patience
-        elif message == HASTEN:
-            self._silence = self._hasty
+        if message in self._silences:
+            self._silence = self._silences[message]
+            if message in (ARM, DISARM):
+                self._armed = message == ARM
         elif message in (SHARE, WITHDRAW):
             if self._shared is not None:
                 os.close(self._shared)
@@ -194,11 +201,9 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
             )
             shared = None
             try:
-                # Those whose answers are told from others only by silence do not wait for it the first time.
-                if at_once := b"".join(frame.data for frame in orders.frames if frame.quiet_s > QUIET_S):
-                    link.write(at_once)
+                send_at_once(link, orders.frames)
                 for frame in orders.frames:
-                    _confirm(link, frame, clock)
+                    confirm(link, frame, clock)
             finally:
                 link.close()
         except TransportError as error:
@@ -212,21 +217,34 @@ def make_safe(orders: Orders, shared: int | None, clock: Clock) -> int:
     return attempt
 
 
-def _confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
-    """Send one frame until the drive has answered it."""
+def send_at_once(link: Link, frames: tuple[SafeFrame, ...]) -> None:
+    """Send those whose answers are told from others only by silence, at once and twice: one may be lost."""
+    for _ in range(SENDS):
+        if at_once := b"".join(frame.data for frame in frames if frame.quiet_s > QUIET_S):
+            link.write(at_once)
+
+
+def confirm(link: Link, frame: SafeFrame, clock: Clock) -> None:
+    """Send one frame until the drive has answered it.
+
+    Raises
+    ------
+    NoAnswer, LinkError
+        It has not; the link was lost.
+    """
     heard = b""
     for _ in range(SENDS):
         for _ in range(_DRAINS):
             if not link.read(CHUNK, frame.quiet_s):
                 break
         link.write(frame.data)
-        until, heard = clock.now() + ANSWER_S, b""
-        while (left := until - clock.now()) > 0.0 and (data := link.read(CHUNK, min(left, ANSWER_S))):
+        until, heard = clock.now() + frame.answer_s, b""
+        while (left := until - clock.now()) > 0.0 and (data := link.read(CHUNK, left)):
             heard += data
             if re.search(frame.answer, heard):
                 return
     raise NoAnswer(
-        f"{link.name}: the drive did not confirm {frame.data!r} within {ANSWER_S:g} s, {SENDS} times; "
+        f"{link.name}: the drive did not confirm {frame.data!r} within {frame.answer_s:g} s, {SENDS} times; "
         f"last heard was {heard!r}"
     )
 

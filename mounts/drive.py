@@ -195,6 +195,19 @@ class Telling(Protocol):
 
 
 @runtime_checkable
+class HoldsUnplaced(Protocol):
+    """A drive that tracks on whatever it is told, and can be held though nobody knows where it stands."""
+
+    def hold_unplaced(self, time: float) -> str:
+        """Hold it where it stands; return how, as people read it, or nothing where it cannot be held."""
+        ...
+
+    def leave_unplaced(self) -> None:
+        """Hold it so no more."""
+        ...
+
+
+@runtime_checkable
 class Stowing(Protocol):
     """A drive whose controllers know a stow of their own."""
 

@@ -127,7 +127,7 @@ def _star(key: str) -> Target | None:
 
 def _hipparcos(key: str) -> Target | None:
     match = _HIPPARCOS.fullmatch(key)
-    return next((row.star for row in named_stars() if match and row.hip == int(match[1])), None)
+    return match and next((row.star for row in named_stars() if row.hip == int(match[1])), None)
 
 
 def _designated(key: str) -> Target | None:
@@ -182,7 +182,7 @@ def _popular_names() -> dict[str, _PopularName]:
     }
 
 
-_SEARCHES: tuple[Callable[[str], Target | None], ...] = (_star, _hipparcos, _designated, _popular)
+_SEARCHES: tuple[Callable[[str], Target | None], ...] = (_designated, _hipparcos, _star, _popular)
 
 
 def _advice(key: str) -> str:

@@ -22,6 +22,7 @@ from pointing.instant import Instant
 from pointing.limits import Check
 from pointing.path import horizon_check, sun_check
 from pointing.plan import AxisState, Leading
+from pointing.short_moves import fastest, held
 from pointing.sky import SkyFrame
 from pointing.trajectory import Trajectory
 from pointing.vectors import Vector
@@ -138,7 +139,7 @@ def _checks(geometry: Geometry, frame: SkyFrame, observed: Vector, state: AxisSt
 
 
 def speed_checks(geometry: Geometry, state: AxisState) -> Iterator[Check]:
-    """Whether the axes can follow, of drives that say how fast they can."""
+    """Those that fail of whether the axes can follow, of drives that say how fast they can."""
     for axis, (_, rate) in zip(geometry.axes, state, strict=True):
         if abs(rate) > axis.fastest:
             needed, most = math.degrees(abs(rate)), math.degrees(axis.fastest)
@@ -146,16 +147,18 @@ def speed_checks(geometry: Geometry, state: AxisState) -> Iterator[Check]:
                 f"{axis.name} would have to follow at {needed:.3f}°/s, the drive reaches {most:.3f}°/s: the keyhole"
             )
             yield Check(f"{axis.name} speed", ok=False, detail=detail)
+        if (check := held(axis, rate)) is not None and not check.ok:
+            yield check
 
 
 def _keyhole_seconds(geometry: Geometry, state: AxisState) -> float:
     """Seconds to the nearest keyhole, at the present speed on the sky."""
-    fastest, ((_, rate1), (angle2, rate2)) = geometry.axes[0].fastest, state
+    most, ((_, rate1), (angle2, rate2)) = fastest(geometry.axes[0]), state
     speed = math.hypot(rate1 * math.cos(angle2), rate2)
-    if math.isinf(fastest) or not speed:
+    if math.isinf(most) or not speed:
         return math.inf
     distance = math.asin(min(1.0, abs(math.cos(angle2))))
-    return max(0.0, distance - math.asin(min(1.0, speed / fastest))) / speed
+    return max(0.0, distance - math.asin(min(1.0, speed / most))) / speed
 
 
 def _axis_seconds(geometry: Geometry, state: AxisState) -> Iterator[float]:

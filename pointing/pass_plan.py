@@ -18,6 +18,8 @@ from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE, Trajectory
 
 LONGEST_PASS_S = 7200.0
+UP_S = 0.2
+"""After which a target that has come up is well above the horizon, be its first moment off by a rounding."""
 _INSIDE_S = 0.1  # the place of waiting lies inside the limit that is crossed when it becomes reachable
 
 
@@ -45,6 +47,8 @@ class PassPlan:
         When the drive is too slow for it and the telescope more than 5″ off, POSIX seconds.
     trajectory : Trajectory
         The way itself.
+    rotator : float, optional
+        The angle of an instrument rotator, radians, at which it waits.
     """
 
     target: str
@@ -56,6 +60,7 @@ class PassPlan:
     limit: Check | None
     lost: tuple[tuple[float, float], ...]
     trajectory: Trajectory = field(repr=False, compare=False)
+    rotator: float | None = None
 
     @property
     def lost_s(self) -> float:
@@ -74,7 +79,7 @@ def is_fast(geometry: Geometry, target: Target, time: float) -> bool:
     return max(abs(rate) for _, rate in state) > LED_ABOVE
 
 
-def pass_plan(geometry: Geometry, target: Target, reachable: float, leading: Leading) -> PassPlan | None:
+def pass_plan(geometry: Geometry, target: Target, reachable: float, leading: Leading | None) -> PassPlan | None:
     """Plan the pass of a target that becomes reachable at a time; None where no posture can join it.
 
     Parameters
@@ -85,20 +90,21 @@ def pass_plan(geometry: Geometry, target: Target, reachable: float, leading: Lea
         What is followed.
     reachable : float
         POSIX seconds from which it stands at an allowed place.
-    leading : Leading
-        What the axes can do.
+    leading : Leading, optional
+        What the axes can do; without it they are planned to be on it at once.
     """
     plans = _plans(geometry, target, reachable, leading)
     return max(plans, key=lambda plan: plan.followed_s, default=None)
 
 
-def _plans(geometry: Geometry, target: Target, reachable: float, leading: Leading) -> Iterator[PassPlan]:
+def _plans(geometry: Geometry, target: Target, reachable: float, leading: Leading | None) -> Iterator[PassPlan]:
     begin = reachable + _INSIDE_S
     for posture in POSTURES:
         (angle1, _), (angle2, _) = geometry.track(target, begin, posture, (0.0, 0.0))
         for wait in geometry.windings((angle1, angle2), (0.0, 0.0)):
             one, two = (axis.gearing.counts(angle) for axis, angle in zip(geometry.axes, wait, strict=True))
-            trajectory = Trajectory(geometry, target, posture, wait, leading, Start(begin, (one, two)))
+            start = None if leading is None else Start(begin, (one, two))
+            trajectory = Trajectory(geometry, target, posture, wait, leading, start)
             if not trajectory.unmet:
                 yield planned_pass(trajectory, reachable, wait)
 

@@ -18,8 +18,9 @@ from pointing.limits import Check
 from pointing.mount import POSTURES, Posture
 from pointing.pass_plan import planned_pass
 from pointing.path import Leg, SlewPath
-from pointing.plan import Axis, AxisPlan, Plan, ShortMoves, Start, Timing
+from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.remedy import OF_A_WAY, remedy
+from pointing.short_moves import held, too_fast
 from pointing.slew import Travel, arriving, travelled
 from pointing.targets import Target
 from pointing.trajectory import LED_ABOVE
@@ -35,7 +36,6 @@ _WAY_STEP = 600.0  # s; a way that is blocked costs more to look at, and comes f
 _SEARCH_SPAN = 86_400.0
 _ROUNDS = 60  # the fixed point contracts by rate / speed, below 1e-2 a round unless the pole of axis 1 is near
 _FLICKER = 6  # rounds after which a target that goes on changing by one count, tick by tick, stands
-_MOVES = "short moves"
 _UNHURRIED = 60.0  # s; what starting and landing may add to a slew at full speed
 
 
@@ -92,7 +92,7 @@ class Planner(Geometry):
         postures = POSTURES if posture is None else (posture,)
         checks = self.no_placement(target, begin, postures) if refused is None else refused.checks
         reason = "; ".join(check.detail for check in checks if not check.ok)
-        search &= not any(check.name.endswith(_MOVES) and not check.ok for check in checks)  # waiting slows nothing
+        search &= not any(map(too_fast, checks))
         free = self._free_from(target, start, timing, posture) if search else None
         advice = remedy(checks, free, searched=search)
         raise Unreachable(f"{target.name}: {reason}; {advice}", free, checks)
@@ -378,21 +378,11 @@ class Planner(Geometry):
         """Whether the drive can follow the target once it is there: near the pole of axis 1 it may not."""
         for axis, model, setup in zip(axes, timing.slew, self.axes, strict=True):
             degrees = setup.gearing.step_deg_float
-            needed, most = abs(axis.rate_counts) * degrees, model.max_rate * degrees
+            needed, most = abs(axis.rate_counts) * degrees, min(model.max_rate * degrees, math.degrees(setup.fastest))
             said = f"{axis.name} tracks at {needed:.5f}°/s, the drive reaches {most:.3f}°/s"
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
-            if setup.short_moves is not None and axis.rate:
-                yield _beside(setup, setup.short_moves, axis.rate)
-
-
-def _beside(axis: Axis, moves: ShortMoves, rate: float) -> Check:
-    """Whether short moves hold an axis to a rate, radians per second, and how far off it is meanwhile."""
-    beside, most = math.degrees(axis.beside(rate)) * 3600.0, math.degrees(moves.most) * 3600.0
-    name, said = f"{axis.name} {_MOVES}", f"{axis.name}: {beside:.2f}″/s of its rate are made by short moves"
-    if beside > most:
-        remedy = "take smaller rates, or a target that is slower in this axis"
-        return Check(name, ok=False, detail=f"{said}, which hold up to {most:g}″/s: {remedy}")
-    return Check(name, ok=True, detail=f"{said}, up to {beside * moves.lag_s:.1f}″ off meanwhile")
+            if (check := held(setup, axis.rate)) is not None:
+                yield check
 
 
 def _is_barred(plan: Plan) -> bool:

@@ -105,11 +105,6 @@ def rotator_path(geometry: Geometry, plan: Plan, target: Target) -> RotatorPath 
     return RotatorPath(geometry.rotator, held, plan.rotator.axis.angle, plan.rotator.arrival)
 
 
-def parked(geometry: Geometry, plan: Plan, start: Start, timing: Timing) -> Plan:
-    """Add to a plan that ends at rest the rotator's way to its park position, where the telescope has one."""
-    return plan if geometry.rotator is None else turned_to(geometry, plan, geometry.rotator.park, start, timing)
-
-
 def turned_to(geometry: Geometry, plan: Plan, angle: float, start: Start, timing: Timing) -> Plan:
     """Add to a plan that ends at rest the rotator's way to an angle, radians, at which it rests.
 

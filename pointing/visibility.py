@@ -3,8 +3,9 @@
 From each moment the search goes on by no more than the time in which nothing can change: the angle to the nearest
 limit by the greatest speed that the target can have. So no pass is missed but one shorter than a second. A target
 that knows its own bound has `steady(frame)`, as satellites do; any other is taken to move at most twice as fast as it
-does now, and as the sky. Satellites are first looked for on a grid of minutes; what lies between two of its points is
-bounded by the same speed. Times are POSIX seconds, to 0.1 s; angles radians.
+does now, and as the sky. Satellites, which give their `altitudes` at many times at once, are first looked for on a
+grid of minutes; what lies between two of its points is bounded by the same speed. Times are POSIX seconds, to 0.1 s;
+angles radians.
 """
 
 import math
@@ -19,13 +20,14 @@ import numpy as np
 from pointing.errors import PointingError, Unreachable
 from pointing.geometry import Geometry
 from pointing.instant import Instant
-from pointing.satellite import Satellite
 from pointing.sky import SkyFrame
 from pointing.targets import Target
 from pointing.vectors import Vector, azimuth_altitude
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from pointing.satellite import Satellite
 
 _FINEST = 1.0  # s
 _PRECISE = 0.05  # s
@@ -175,15 +177,17 @@ class _Search:
     def __init__(self, geometry: Geometry, target: Target, above: float) -> None:
         self._geometry = geometry
         self._target = target
+        self._satellite = cast("Satellite", target) if hasattr(target, "altitudes") else None
         self._above = above
 
     def windows(self, after: float, until: float) -> Iterator[tuple[float, float]]:
         """Intervals outside of which the target is certainly too low."""
-        if not isinstance(self._target, Satellite):
+        satellite = self._satellite
+        if satellite is None:
             yield after, until
             return
-        seconds, altitudes, distances = self._grid(self._target, after, until)
-        swing = np.arcsin(np.minimum(1.0, self._target.fastest_m_s * _GRID / 2.0 / distances))
+        seconds, altitudes, distances = self._grid(satellite, after, until)
+        swing = np.arcsin(np.minimum(1.0, satellite.fastest_m_s * _GRID / 2.0 / distances))
         lowest = max(min(altitude for _, altitude in self._geometry.limits.horizon.altitudes), self._above)
         possible = ~(altitudes + swing < lowest - _AIR)  # so that NaN is possible, and will be told
         edges = np.flatnonzero(np.diff(np.concatenate(([False], possible[:-1] | possible[1:], [False]))))
@@ -220,8 +224,8 @@ class _Search:
 
     def summit(self, after: float, until: float) -> _Look:
         """Return the highest place between two times, whatever is allowed."""
-        if isinstance(self._target, Satellite):
-            seconds, altitudes, _ = self._grid(self._target, after, until)
+        if self._satellite is not None:
+            seconds, altitudes, _ = self._grid(self._satellite, after, until)
             top = int(np.argmax(np.where(np.isnan(altitudes), np.inf, altitudes)))
             near = seconds[max(top - 1, 0) : top + 2]
         else:
@@ -229,7 +233,7 @@ class _Search:
         return self.highest([self.look(min(after + float(s), until)) for s in near])
 
     def _grid(
-        self, target: Satellite, after: float, until: float
+        self, target: "Satellite", after: float, until: float
     ) -> tuple["NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]"]:
         seconds = np.arange(math.ceil((until - after) / _GRID) + 1, dtype=np.float64) * _GRID
         return seconds, *target.altitudes(self._geometry.sky, Instant.from_posix(after), seconds)

@@ -4,6 +4,8 @@ import math
 import random
 from collections import Counter
 
+from faults import mutilated
+
 from mounts.avr_box.simulator import SimulatedAvrBox
 from mounts.avr_box.slew_table import laws, standard
 from mounts.avr_box.timers import CRYSTAL_HZ
@@ -29,14 +31,7 @@ class Mutilating:
     def mutilated(self, data):
         how = self.chance.choice(("lost", "doubled", "garbled", "silence"))
         self.happened[how, chr(data[0])] += 1
-        at = self.chance.randrange(len(data))
-        byte = bytes((data[at] ^ 1 << self.chance.randrange(8),))
-        return {
-            "lost": data[:at] + data[at + 1 :],
-            "doubled": data[: at + 1] + data[at:],
-            "garbled": data[:at] + byte + data[at + 1 :],
-            "silence": b"",
-        }[how]
+        return mutilated(how, data, self.chance)
 
 
 class Watch:

@@ -3,10 +3,13 @@
 import random
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
+
+from faults import mutilated
 
 from clockdrive.clock import VirtualClock
 from mounts.awr.drive import AwrDrive
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.settings import AwrSettings
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
@@ -40,24 +43,18 @@ class Mutilating:
             return data
         how = self.chance.choice(("lost", "doubled", "silence", *(("garbled",) if garbles else ())))
         self.happened[how] += 1
-        at = self.chance.randrange(len(data))
-        byte = bytes((data[at] ^ 1 << self.chance.randrange(8),))
-        return {
-            "lost": data[:at] + data[at + 1 :],
-            "doubled": data[: at + 1] + data[at:],
-            "garbled": data[:at] + byte + data[at + 1 :],
-            "silence": b"",
-        }[how]
+        return mutilated(how, data, self.chance)
 
 
 class Wire:
     """Unit, link, clock and simulator."""
 
-    def __init__(self, settings=None, *, baud=9600, rate=0.0, seed=1, clock=None):
+    def __init__(self, settings=None, *, baud=9600, rate=0.0, seed=1, clock=None, latency_s=0.0, timeout_s=0.1):
         self.clock = clock or VirtualClock(T0)
         self.awr = SimulatedAwr(settings or SimulatorSettings(), self.clock.now())
         self.line = Mutilating(self.awr, seed, rate)
-        self.unit = Unit(lambda: MemoryLink(self.line, self.clock, baud=baud), self.clock, baud)
+        opened = partial(MemoryLink, self.line, self.clock, baud=baud, latency_s=latency_s)
+        self.unit = Unit(opened, self.clock, baud, timeout_s)
 
 
 SETTINGS = AwrSettings(50.0)
@@ -82,17 +79,20 @@ class Guard:
     """In place of a dead-man process: remembers what it was told."""
 
     def __init__(self):
-        self.fate, self.armed, self.hasty, self.told = "", False, False, []
+        self.fate, self.armed, self.hasty, self.easy, self.told = "", False, False, False, []
 
     def start(self):
         self.told.append("start")
 
     def arm(self):
-        self.armed, self.hasty = True, False
+        self.armed, self.hasty, self.easy = True, False, False
 
     def hasten(self):
-        self.hasty = True
+        self.hasty, self.easy = True, False
         self.told.append("hasten")
+
+    def ease(self):
+        self.hasty, self.easy = False, True
 
     def beat(self):
         return True
@@ -109,7 +109,8 @@ class Bench(Wire):
 
     def __init__(self, settings=SETTINGS, unit=None, memory=None, **ways):
         super().__init__(unit, **ways)
-        self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "")
+        seen = Shown(settings.assumed, referenced=True)
+        self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "", seen)
         self.guard = Guard()
         self.drive = AwrDrive(self.unit, settings, self.kept, self._keep, self.guard)
 

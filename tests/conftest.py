@@ -6,6 +6,8 @@ from pathlib import Path
 # One thread for linear algebra, here and in all processes that tests start: tests fill the cores side by side, and
 # threads that wait for each other cost a third more. Read when numpy is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Processes that tests start find what the first of them compiled, as those of an installation do: a third of a start.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
 

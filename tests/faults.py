@@ -187,3 +187,15 @@ class FaultyLink:
         if len(come) > max_bytes:
             self._coming.insert(0, (now, come[max_bytes:]))
         return come[:max_bytes]
+
+
+def mutilated(how, data, chance):
+    """What comes of some bytes: one of them lost, doubled or with another bit, or silence."""
+    at = chance.randrange(len(data))
+    byte = bytes((data[at] ^ 1 << chance.randrange(8),))
+    return {
+        "lost": data[:at] + data[at + 1 :],
+        "doubled": data[: at + 1] + data[at:],
+        "garbled": data[:at] + byte + data[at + 1 :],
+        "silence": b"",
+    }[how]

@@ -215,6 +215,12 @@ class Beside:
     def arm(self) -> None:
         self.diary.append("arm")
 
+    def hasten(self) -> None:
+        self.diary.append("hasten")
+
+    def ease(self) -> None:
+        self.diary.append("ease")
+
     def beat(self) -> bool:
         self.beats += 1
         return not self.fate

@@ -23,14 +23,32 @@ QUICK = {"axis1.acceleration_register": 255, "axis2.acceleration_register": 255,
          "axis1.deceleration_register": 255, "axis2.deceleration_register": 255}  # fmt: skip
 
 
+def simulated(kind: str, folder: Path, clock: VirtualClock | None = None, **overrides: object) -> Telescope:
+    """Open an embedded telescope of a kind; `axis1__min_deg` stands for `axis1.min_deg`."""
+    dotted = {name.replace("__", "."): value for name, value in overrides.items()}
+    return Telescope.simulated(
+        kind,
+        clock=clock or VirtualClock(T0),
+        overrides={"state.path": str(folder), "limits.sun_avoidance_deg": 0.0, **dotted},
+    )
+
+
 @contextmanager
 def telescope(folder: Path, start: float = T0, **overrides: object) -> Iterator[Telescope]:
-    """Open an embedded telescope; `axis1__min_deg` stands for `axis1.min_deg`."""
-    dotted = {name.replace("__", "."): value for name, value in overrides.items()}
-    with Telescope.simulated(
-        clock=VirtualClock(start), overrides={"state.path": str(folder), "limits.sun_avoidance_deg": 0.0, **dotted}
-    ) as scope:
+    """Open a simulated TC410."""
+    with simulated("tc410", folder, VirtualClock(start), **overrides) as scope:
         yield scope
+
+
+def axes_off_arcsec(scope: Telescope, scales: tuple[float, float]) -> list[float]:
+    """Angle of each axis from where the target wants it, by the motors themselves; arcseconds a count are given."""
+    now = scope.clock.now()
+    scope.simulator.advance(now)
+    wanted = scope._session.pursuit.at(now)
+    return [
+        (scope.simulator.true_position(i + 1) - counts) * scale
+        for i, ((counts, _), scale) in enumerate(zip(wanted, scales, strict=True))
+    ]
 
 
 class Witness:

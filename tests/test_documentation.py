@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from simulated_runs import TRUTH, simulated_run
 
-from clockdrive.cli.parser import parser
+from clockdrive.cli.parser import parser, shielded
 from clockdrive.configuration import load
-from clockdrive.parse import shielded
 from pointing.model.tpoint_file import write_tpoint
 
 CHECKOUT = Path(__file__).resolve().parents[1]

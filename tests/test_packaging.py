@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from clockdrive.cli.main import INTERRUPTED, USAGE
+from clockdrive.cli.exit_codes import INTERRUPTED, USAGE
 from clockdrive.cli.parser import parser
 from clockdrive.configuration import load
 from mounts import deadman_process

@@ -11,8 +11,51 @@ CHUNK = 4096
 """Bytes that are read at once."""
 
 
-class KeptLink:
-    """A link to whatever `open_link` opens.
+class LinkAtNeed:
+    """A link to whatever `open_link` opens: opened when it is needed, and anew after it was closed.
+
+    Parameters
+    ----------
+    open_link : callable
+        Opens the link; raises `LinkError`.
+    renewed : callable
+        Called when it was opened: what was heard before says nothing of what comes now.
+
+    Attributes
+    ----------
+    name : str
+        The address of the link last opened.
+    """
+
+    def __init__(self, open_link: Callable[[], Link], renewed: Callable[[], object] = lambda: None) -> None:
+        self.name = "link not opened yet"
+        self._open = open_link
+        self._renewed = renewed
+        self._link: Link | None = None
+
+    def opened(self) -> Link:
+        """Return the link, open.
+
+        Raises
+        ------
+        LinkError
+            It cannot be opened.
+        """
+        if self._link is None:
+            self._link = self._open()
+            self.name = self._link.name
+            self._renewed()
+        return self._link
+
+    def close(self) -> None:
+        """Close it; what is asked next opens it again."""
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+
+
+class KeptLink(LinkAtNeed):
+    """One that is opened again and again until it is in step.
 
     Parameters
     ----------
@@ -24,20 +67,13 @@ class KeptLink:
         For which opening is tried, as errors say it.
     remedy : str
         What to do where it cannot be opened.
-
-    Attributes
-    ----------
-    name : str
-        The address of the link last opened.
     """
 
     def __init__(self, open_link: Callable[[], Link], clock: Clock, *, deadline_s: float, remedy: str) -> None:
-        self.name = "link not opened yet"
-        self._open = open_link
+        super().__init__(open_link)
         self._clock = clock
         self._deadline = deadline_s
         self._remedy = remedy
-        self._link: Link | None = None
 
     def in_step(self, is_clear: Callable[[Link], bool], settle: Callable[[Link], None], latest: float) -> Link:
         """Return the link, open and in step.
@@ -60,9 +96,7 @@ class KeptLink:
             self.close()
         while self._link is None:
             try:
-                self._link = self._open()
-                self.name = self._link.name
-                settle(self._link)
+                settle(self.opened())
             except LinkError as error:
                 self.close()
                 if self._clock.now() + REOPEN_PAUSE_S > latest:
@@ -82,9 +116,3 @@ class KeptLink:
             yield data
             if self._clock.now() > latest:
                 raise LinkError(f"{link.name}: the line does not fall silent; check cable, baud rate and earth")
-
-    def close(self) -> None:
-        """Close it; what is asked next opens it again."""
-        if self._link is not None:
-            self._link.close()
-            self._link = None

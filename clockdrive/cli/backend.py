@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from clockdrive.configuration import Configuration, load
 from clockdrive.errors import ClockdriveError, OwnedElsewhere
-from clockdrive.left_alone import UNSTOPPED
-from clockdrive.owner import attach, unanswered
 from mounts.errors import DriveError
 from transports.errors import TransportError
 
@@ -94,6 +92,8 @@ def configuration_of(
 
 def running(configuration: Configuration) -> Attached | None:
     """The owner that runs, if there is one."""
+    from clockdrive.owner import attach  # noqa: PLC0415 - what needs no telescope starts without
+
     client = attach(configuration.state_directory, configuration.identity)
     return None if client is None else Attached(client)
 
@@ -125,7 +125,9 @@ def backend(
     if owner is not None:
         yield owner
         return
-    from clockdrive.telescope import Telescope  # noqa: PLC0415 - what needs no telescope starts without
+    from clockdrive.left_alone import UNSTOPPED  # noqa: PLC0415 - as above
+    from clockdrive.owner import unanswered  # noqa: PLC0415 - as above
+    from clockdrive.telescope import Telescope  # noqa: PLC0415 - as above
 
     try:
         telescope = Telescope(configuration, command=command)

@@ -6,16 +6,12 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of, interruption_stops
-from clockdrive.cli.commission_command import commission
-from clockdrive.cli.drive_command import drive
-from clockdrive.cli.fit_command import fit, model
-from clockdrive.cli.pointing_run_command import pointing_run
-from clockdrive.cli.polar_align_command import polar_align
 from clockdrive.configuration_keys import DRIVE_KINDS, READABLE
 from clockdrive.errors import InputError, Refused
 
@@ -371,12 +367,21 @@ def _two_numbers(words: list[str]) -> tuple[float, float]:
     return east, north
 
 
+def _of(module: str, name: str) -> Command:
+    """A command that has a module to itself, loaded when it is given."""
+
+    def command(args: argparse.Namespace) -> None:
+        getattr(import_module(f"clockdrive.cli.{module}"), name)(args)
+
+    return command
+
+
 COMMANDS: dict[str, Command] = {
     "centre": centre,
-    "commission": commission,
+    "commission": _of("commission_command", "commission"),
     "config": config,
-    "drive": drive,
-    "fit": fit,
+    "drive": _of("drive_command", "drive"),
+    "fit": _of("fit_command", "fit"),
     "flip": flip,
     "goto": goto,
     "guide": guide,
@@ -385,13 +390,13 @@ COMMANDS: dict[str, Command] = {
     "init": init,
     "instrument": instrument,
     "jog": jog,
-    "model": model,
+    "model": _of("fit_command", "model"),
     "offset": offset,
     "park": go,
     "passes": passes,
     "plan": plan,
-    "pointing-run": pointing_run,
-    "polar-align": polar_align,
+    "pointing-run": _of("pointing_run_command", "pointing_run"),
+    "polar-align": _of("polar_align_command", "polar_align"),
     "rates": rates,
     "report": report,
     "run": run,

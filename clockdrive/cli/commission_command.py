@@ -16,16 +16,14 @@ from clockdrive.cli.backend import Backend, backend
 from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed_elsewhere
 from clockdrive.errors import InputError
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 _FORMAT = "drive.position_format"
 _FORMAT_VARIABLE = "CLOCKDRIVE_DRIVE__POSITION_FORMAT"
 _WITNESSES = f"encoders | {WITNESSES}"
 _MARKS = {"confirmed": "ok       ", "refuted": "NOT      ", "measured": "measured ", "untested": "untested "}
 
 
-def add_commission(add: Adder) -> None:
+def words(command: argparse.ArgumentParser) -> None:
     """Add the grammar of `commission`."""
-    command = add("commission", "find signs, gears, speeds, landing and the drive's own ways by guided small moves")
     command.add_argument("--only", nargs="+", metavar="STEP", default=[], help="these steps, and those they need")
     command.add_argument("--witness", default="encoders", metavar="WHO", help=f"who sees the sky: {_WITNESSES}")
     command.add_argument("--yes", action="store_true", help="move, and write into the file of -c, without asking")

@@ -277,6 +277,10 @@ def _register(axis: Mapping[str, Any]) -> str:
         return f", guided {axis['guide_duty']:+.1%} of the time{by}{beside}{_lag(axis)}"
     if "single_step_every_s" in axis:
         return f", a microstep every {axis['single_step_every_s']:.2f} s{_lag(axis)}"
+    if "drive_counts" in axis:
+        words = f"{axis['drive_register']} {axis['drive_counts']} counts, flags {axis['drive_flags']}"
+        off, step = axis["drive_off_arcsec_s"], axis["drive_next_arcsec_s"]
+        return f", {words}: {off:+.5f}″/s off, the next {step:.5f}″/s away"
     return f", register {axis['velocity_register']}" if "velocity_register" in axis else ""
 
 

@@ -10,14 +10,12 @@ from clockdrive.axis_names import WORDS as AXIS_WORDS
 from clockdrive.cli import display
 from clockdrive.cli.backend import Backend, backend, configuration_of
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 _NAME = "a register's name as `drive show` has it; without its axis it means both"
 
 
-def add_drive(add: Adder) -> None:
+def words(command: argparse.ArgumentParser) -> None:
     """Add the grammar of `drive`."""
-    drive = add("drive", "the drive's own registers, power and speed")
-    actions = drive.add_subparsers(dest="action", metavar="ACTION", required=True)
+    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def action(name: str, text: str) -> argparse.ArgumentParser:
         made = actions.add_parser(name, help=text, description=text, allow_abbrev=False)
@@ -38,6 +36,10 @@ def add_drive(add: Adder) -> None:
     raw.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
     raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
     raw.add_argument("--yes", action="store_true", help="confirm what is risky")
+    seen = action(
+        "fiducials", "when an axis passed its fiducials, and by how much its position was off; apo and sdss"
+    )
+    seen.add_argument("axis", nargs="?", metavar="AXIS", help=f"{AXIS_WORDS}; all without one")
     action(
         "set-time", "have the axis controllers set their clocks, and see how far off they are then; sdss"
     ).add_argument("--yes", action="store_true", help="confirm it")
@@ -65,7 +67,7 @@ def drive(args: argparse.Namespace) -> None:
     if args.action == "pec":
         _pec(args)
         return
-    keep_tracking = args.action in {"show", "diff", "pull", "encoders"}
+    keep_tracking = args.action in {"show", "diff", "pull", "encoders", "fiducials"}
     with backend(args.config, f"drive {args.action}", keep_tracking=keep_tracking) as telescope:
         answer = _ACTIONS[args.action](telescope, args)
     if args.json:
@@ -127,6 +129,7 @@ _ACTIONS: dict[str, Callable[[Backend, argparse.Namespace], dict[str, Any]]] = {
     "diff": lambda telescope, _: telescope.call("drive_diff"),
     "encoders": lambda telescope, _: telescope.call("drive_encoders"),
     "factory": lambda telescope, args: telescope.call("drive_factory", confirmed=args.yes),
+    "fiducials": lambda telescope, args: telescope.call("drive_fiducials", axis=args.axis),
     "power": _power,
     "pull": _pull,
     "push": lambda telescope, args: telescope.call("drive_push", keys=list(args.keys)),
@@ -222,8 +225,15 @@ def _raw_text(found: Mapping[str, Any]) -> str:
     rows = found["fiducials"]
     if not rows:
         return "\n".join((*(found["lines"] or [f"{found['command']}: OK"]), *filter(None, [found["note"]])))
-    head = f"{'time':24} {'position':>12} {'velocity':>11} {'error':>10} {'edge':8} {'correction':>11}"
-    return "\n".join((head, *(_passage_text(row) for row in rows)))
+    return "\n".join((_PASSAGES, *(_passage_text(row) for row in rows)))
+
+
+_PASSAGES = f"{'time':24} {'position':>12} {'velocity':>11} {'error':>10} {'edge':8} {'correction':>11}"
+
+
+def _fiducials_text(found: Mapping[str, Any]) -> str:
+    table = [f"{row['axis']:9} {_passage_text(row)}" for row in found["fiducials"]]
+    return "\n".join((*([f"{'axis':9} {_PASSAGES}"] if table else []), *table, *filter(None, [found["note"]])))
 
 
 def _passage_text(row: Mapping[str, Any]) -> str:
@@ -240,6 +250,7 @@ def _note(found: Mapping[str, Any]) -> str:
 _TEXTS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "diff": _diff_text,
     "encoders": _encoders_text,
+    "fiducials": _fiducials_text,
     "pull": _pull_text,
     "push": _push_text,
     "raw": _raw_text,

@@ -3,7 +3,7 @@
 import argparse
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,18 +19,12 @@ if TYPE_CHECKING:
     from pointing.model.fitted import Fit
     from pointing.site import Weather
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 
-
-def add_fit(add: Adder) -> None:
-    """Add the grammar of `fit` and `model`."""
-    fit = add("fit", "fit a pointing model to a file of observations (TPOINT, SPK or ECSV)")
-    fit.add_argument("file", metavar="FILE", help="the run of observations")
-    add_file_options(fit)
-    add_fit_options(fit)
-    model = add("model", "show, check or compare pointing-model files")
-    model.add_argument("action", choices=("show", "check", "compare"))
-    model.add_argument("files", nargs="+", metavar="FILE", help="in TPOINT's form")
+def words(command: argparse.ArgumentParser) -> None:
+    """Add the grammar of `fit`."""
+    command.add_argument("file", metavar="FILE", help="the run of observations")
+    add_file_options(command)
+    add_fit_options(command)
 
 
 def add_file_options(fit: argparse.ArgumentParser) -> None:

@@ -1,18 +1,16 @@
-"""The grammar of the command line."""
+"""The grammar of the command line: a table of the commands, in the order in which help shows them."""
 
 import argparse
-from collections.abc import Callable
-from importlib import metadata
+import re
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
+from typing import Any, NamedTuple, cast
 
 from clockdrive.axis_names import WORDS as AXIS_WORDS
-from clockdrive.cli.commission_command import add_commission
-from clockdrive.cli.drive_command import add_drive
-from clockdrive.cli.fit_command import add_fit
-from clockdrive.cli.pointing_run_command import add_pointing_run
-from clockdrive.cli.polar_align_command import add_polar_align
-from clockdrive.configuration_keys import DRIVE_KINDS, ROTATOR_MODES
+from clockdrive.configuration_keys import DRIVE_KINDS, MOUNT_TYPES, ROTATOR_MODES
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
+Words = Callable[[argparse.ArgumentParser], None]
+_NEGATIVE = re.compile(r"-(?:\d+\.?\d*|\.\d+)")  # a number, which is no option
 _TARGET = (
     "05:34:31.9 +22:00:52 (ICRS), 83.633,22.0145 (degrees), a name (M1, NGC 7000, Vega, Moon, Jupiter), best, "
     "altaz:AZ,ALT or hadec:H,D (degrees, observed), tle:FILE#NAME (a satellite of a TLE file), mpc:FILE#NAME "
@@ -20,36 +18,68 @@ _TARGET = (
 )
 
 
+def shielded(words: Iterable[str]) -> list[str]:
+    """Command-line words in which `-22:00:52` can no longer be taken for an option."""
+    return [f"−{word[1:]}" if re.match(r"-[\d.]", word) and not _NEGATIVE.fullmatch(word) else word for word in words]
+
+
 def parser() -> argparse.ArgumentParser:
     """Everything the command line understands."""
     root = argparse.ArgumentParser(prog="clockdrive", description="Point a telescope.", allow_abbrev=False)
     root.add_argument("-c", "--config", metavar="FILE", help="configuration file; without it, the embedded simulator")
-    root.add_argument("--version", action="version", version=f"%(prog)s {metadata.version('clockdrive')}")
-    commands = root.add_subparsers(dest="command", metavar="COMMAND", required=True)
-
-    def add(name: str, text: str) -> argparse.ArgumentParser:
-        command = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
-        command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
-        return command
-
-    def add_with_target(name: str, text: str) -> argparse.ArgumentParser:
-        command = add(name, text)
-        command.add_argument("target", nargs="+", metavar="TARGET", help=_TARGET)
-        return command
-
-    _asking(add_with_target)
-    _moving(add, add_with_target)
-    _correcting(add)
-    _guiding(add)
-    add_fit(add)
-    add_pointing_run(add)
-    add_polar_align(add)
-    _serving(add)
-    _around(add)
+    root.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
+    make = cast("type[argparse.ArgumentParser]", _GivenCommand)
+    commands = root.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=make)
+    for row in _COMMANDS:
+        commands.add_parser(row.name, help=row.text, description=row.text, allow_abbrev=False, words=row.words)
     return root
 
 
-def _add_rate(command: argparse.ArgumentParser) -> None:
+class _GivenCommand:
+    """The grammar of one command, made when that is the one given: all thirty take 15 ms."""
+
+    def __init__(self, *, words: Words, **settings: Any) -> None:  # noqa: ANN401 - as argparse has them
+        self._words = words
+        self._settings = settings
+
+    def parse_known_args(
+        self, args: Sequence[str], namespace: argparse.Namespace | None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse the words after the command, as argparse asks for."""
+        command = argparse.ArgumentParser(**self._settings)
+        command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
+        self._words(command)
+        return command.parse_known_args(args, namespace)
+
+
+class _Version(argparse.Action):
+    """Prints the version."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib import metadata  # noqa: PLC0415 - 10 ms: only who asks for it pays
+
+        print(f"{parser.prog} {metadata.version('clockdrive')}")
+        parser.exit()
+
+
+def _of(module: str) -> Words:
+    """The words of a command that has a module to itself, loaded when they are wanted."""
+
+    def add(command: argparse.ArgumentParser) -> None:
+        import_module(f"clockdrive.cli.{module}").words(command)
+
+    return add
+
+
+def _none(_command: argparse.ArgumentParser) -> None:
+    """Nothing is to be said besides."""
+
+
+def _target(command: argparse.ArgumentParser) -> None:
+    command.add_argument("target", nargs="+", metavar="TARGET", help=_TARGET)
+
+
+def _rate(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--rate", metavar="EAST,NORTH", help="rates of one's own on top of the target's motion, arcseconds a second"
     )
@@ -58,7 +88,7 @@ def _add_rate(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_rotator(command: argparse.ArgumentParser) -> None:
+def _rotator(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--position-angle",
         type=float,
@@ -72,29 +102,32 @@ def _add_rotator(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _asking(add_with_target: Adder) -> None:
-    plan = add_with_target("plan", "show a slew to a target; nothing moves")
+def _plan(plan: argparse.ArgumentParser) -> None:
+    _target(plan)
     plan.add_argument("--at", metavar="UTC", help="when the slew would start (default now)")
     plan.add_argument("--from", dest="start", metavar="C1,C2", help="start counts; no drive is contacted")
     plan.add_argument("--instrument", metavar="NAME", help="with --from: on which pointing origin (default main)")
-    rates = add_with_target("rates", "tracking rates of both axes and the drive's registers")
+    _rate(plan)
+    _rotator(plan)
+
+
+def _rates(rates: argparse.ArgumentParser) -> None:
+    _target(rates)
     rates.add_argument("--at", metavar="UTC", help="for which moment (default now)")
     rates.add_argument("--instrument", metavar="NAME", help="on which pointing origin (default main)")
-    passes = add_with_target("passes", "when a target, or each satellite of a TLE file, can be observed")
+    _rate(rates)
+    _rotator(rates)
+
+
+def _passes(passes: argparse.ArgumentParser) -> None:
+    _target(passes)
     passes.add_argument("--hours", type=float, default=24.0, help="for how long to search (default 24)")
     passes.add_argument("--at", metavar="UTC", help="from when on (default now)")
     passes.add_argument("--above", type=float, metavar="DEG", help="an altitude to exceed besides the limits")
-    for command in (plan, rates):
-        _add_rate(command)
-        _add_rotator(command)
 
 
-def _moving(add: Adder, add_with_target: Adder) -> None:
-    goto = add_with_target(
-        "goto",
-        "slew to a target, check the arrival, track until Ctrl-C; with --json or --exit return after arrival, and "
-        "leave the drive tracking by itself",
-    )
+def _goto(goto: argparse.ArgumentParser) -> None:
+    _target(goto)
     ending = goto.add_mutually_exclusive_group()
     ending.add_argument("--for", dest="duration", metavar="TIME", help="track for 30s, 5m, 1h, then stop")
     ending.add_argument(
@@ -103,24 +136,24 @@ def _moving(add: Adder, add_with_target: Adder) -> None:
         help="return after arrival; the drive goes on tracking, where it can by itself: satellites are refused. "
         "--json without --for does the same",
     )
-    track = add_with_target("track", "slew to a target and track it for a time")
+    _rate(goto)
+    _rotator(goto)
+
+
+def _track(track: argparse.ArgumentParser) -> None:
+    _target(track)
     track.add_argument("--for", dest="duration", metavar="TIME", help="30s, 5m, 1h; until Ctrl-C without it")
-    for command in (goto, track):
-        _add_rate(command)
-        _add_rotator(command)
-    jog = add("jog", "move one axis at a speed for a time")
+    _rate(track)
+    _rotator(track)
+
+
+def _jog(jog: argparse.ArgumentParser) -> None:
     jog.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
     jog.add_argument("deg_s", type=float, metavar="DEG_S", help="degrees a second")
     jog.add_argument("--for", dest="duration", metavar="TIME", required=True, help="for how long")
-    add("flip", "take up the tracked target in the other posture, by a safe way")
-    add("home", "go to the centre of both axes")
-    add("park", "go to the park position and stay there")
-    add("unpark", "allow motion again after park")
-    add("stop", "stop everything at once, tracking included")
 
 
-def _correcting(add: Adder) -> None:
-    sync = add("sync", "declare that the telescope points at a target now; or where the rotator stands")
+def _sync(sync: argparse.ArgumentParser) -> None:
     sync.add_argument("target", nargs="*", metavar="TARGET", help=_TARGET)
     sync.add_argument(
         "--rotator-angle", type=float, metavar="DEG", help="in place of a target: the rotator's own angle now"
@@ -133,29 +166,37 @@ def _correcting(add: Adder) -> None:
     )
     sync.add_argument("--posture", choices=("normal", "beyond"), help="when it cannot be known from the position")
     sync.add_argument("--force", action="store_true", help="accept a correction beyond 5°")
-    offset = add("offset", "displace the target: `offset EAST NORTH` in arcseconds, `offset clear NAME`, or show")
+
+
+def _offset(offset: argparse.ArgumentParser) -> None:
     offset.add_argument("words", nargs="*", metavar="EAST NORTH | clear NAME")
 
 
-def _guiding(add: Adder) -> None:
-    centre = add("centre", "bring the target onto the pointing origin, by where an image says the telescope pointed")
+def _centre(centre: argparse.ArgumentParser) -> None:
     centre.add_argument("target", nargs="+", metavar="RA DEC", help="ICRS, degrees or 05:34:31.9 +22:00:52")
     centre.add_argument("--at", metavar="UTC", help="the middle of the exposure (default now)")
     centre.add_argument("--force", action="store_true", help="accept a pointing error beyond 5°")
-    guide = add("guide", "displace the target by a pulse at guide_rate, on the sky")
+
+
+def _guide(guide: argparse.ArgumentParser) -> None:
     guide.add_argument("direction", metavar="N|S|E|W", help="north, south, east or west")
     guide.add_argument("milliseconds", type=float, metavar="MS", help="1 to 10000")
-    instrument = add("instrument", "show the pointing origins, or choose the one on which targets are put")
+
+
+def _instrument(instrument: argparse.ArgumentParser) -> None:
     instrument.add_argument("name", nargs="?", metavar="NAME", help="of a table [instruments.NAME]")
 
 
-def _serving(add: Adder) -> None:
-    status = add("status", "everything that is known now")
+def _model(model: argparse.ArgumentParser) -> None:
+    model.add_argument("action", choices=("show", "check", "compare"))
+    model.add_argument("files", nargs="+", metavar="FILE", help="in TPOINT's form")
+
+
+def _status(status: argparse.ArgumentParser) -> None:
     status.add_argument("--watch", action="store_true", help="every second until Ctrl-C")
-    add("run", "own the telescope in the foreground, for a service manager; other commands attach")
-    add_drive(add)
-    add_commission(add)
-    simulate = add("simulate", "host a drive simulator")
+
+
+def _simulate(simulate: argparse.ArgumentParser) -> None:
     simulate.add_argument("kind", choices=DRIVE_KINDS)
     simulate.add_argument(
         "--listen",
@@ -165,13 +206,73 @@ def _serving(add: Adder) -> None:
     )
 
 
-def _around(add: Adder) -> None:
-    config = add("config", "check a configuration")
+def _config(config: argparse.ArgumentParser) -> None:
     config.add_argument("action", choices=("check",))
-    init = add("init", "write a commented configuration to stdout")
+
+
+def _init(init: argparse.ArgumentParser) -> None:
     init.add_argument("kind", nargs="?", choices=DRIVE_KINDS)
     init.add_argument("--from", dest="unit", metavar="LINK", help="read a TC410's own registers at this link")
-    init.add_argument("--mount", choices=("equatorial-fork", "german", "altaz-fork"), help="for which mount type")
-    add("header", "FITS cards for an image taken now")
-    report = add("report", "one zip file with what is needed to help")
+    init.add_argument("--mount", choices=MOUNT_TYPES, help="for which mount type")
+
+
+def _report(report: argparse.ArgumentParser) -> None:
     report.add_argument("--output", default="clockdrive-report.zip", metavar="FILE")
+
+
+class _Row(NamedTuple):
+    name: str
+    text: str
+    words: Words = _none
+
+
+_COMMANDS = (
+    _Row("plan", "show a slew to a target; nothing moves", _plan),
+    _Row("rates", "tracking rates of both axes and the drive's registers", _rates),
+    _Row("passes", "when a target, or each satellite of a TLE file, can be observed", _passes),
+    _Row(
+        "goto",
+        "slew to a target, check the arrival, track until Ctrl-C; with --json or --exit return after arrival, and "
+        "leave the drive tracking by itself",
+        _goto,
+    ),
+    _Row("track", "slew to a target and track it for a time", _track),
+    _Row("jog", "move one axis at a speed for a time", _jog),
+    _Row("flip", "take up the tracked target in the other posture, by a safe way"),
+    _Row("home", "go to the centre of both axes"),
+    _Row("park", "go to the park position and stay there"),
+    _Row("unpark", "allow motion again after park"),
+    _Row("stop", "stop everything at once, tracking included"),
+    _Row("sync", "declare that the telescope points at a target now; or where the rotator stands", _sync),
+    _Row("offset", "displace the target: `offset EAST NORTH` in arcseconds, `offset clear NAME`, or show", _offset),
+    _Row(
+        "centre", "bring the target onto the pointing origin, by where an image says the telescope pointed", _centre
+    ),
+    _Row("guide", "displace the target by a pulse at guide_rate, on the sky", _guide),
+    _Row("instrument", "show the pointing origins, or choose the one on which targets are put", _instrument),
+    _Row("fit", "fit a pointing model to a file of observations (TPOINT, SPK or ECSV)", _of("fit_command")),
+    _Row("model", "show, check or compare pointing-model files", _model),
+    _Row(
+        "pointing-run",
+        "look at stars all over the sky, fit a pointing model, and keep every observation",
+        _of("pointing_run_command"),
+    ),
+    _Row(
+        "polar-align",
+        "look at three stars, say what to turn to put axis 1 right, and look again",
+        _of("polar_align_command"),
+    ),
+    _Row("status", "everything that is known now", _status),
+    _Row("run", "own the telescope in the foreground, for a service manager; other commands attach"),
+    _Row("drive", "the drive's own registers, power and speed", _of("drive_command")),
+    _Row(
+        "commission",
+        "find signs, gears, speeds, landing and the drive's own ways by guided small moves",
+        _of("commission_command"),
+    ),
+    _Row("simulate", "host a drive simulator", _simulate),
+    _Row("config", "check a configuration", _config),
+    _Row("init", "write a commented configuration to stdout", _init),
+    _Row("header", "FITS cards for an image taken now"),
+    _Row("report", "one zip file with what is needed to help", _report),
+)

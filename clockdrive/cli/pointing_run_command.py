@@ -30,13 +30,11 @@ if TYPE_CHECKING:
     from clockdrive.pointing_runs import PointingRuns
     from clockdrive.run_report import RunReport
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 _TAKING = ("take", "resume", "append")
 
 
-def add_pointing_run(add: Adder) -> None:
+def words(command: argparse.ArgumentParser) -> None:
     """Add the grammar of `pointing-run`."""
-    command = add("pointing-run", "look at stars all over the sky, fit a pointing model, and keep every observation")
     command.add_argument(
         "action",
         nargs="?",

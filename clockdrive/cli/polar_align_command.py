@@ -13,7 +13,6 @@ from clockdrive.cli.standard_input import WITNESSES, StandardInput, refuse_typed
 from clockdrive.failures import FAILURES
 from pointing.model.words import POLES
 
-Adder = Callable[[str, str], argparse.ArgumentParser]
 _KEYS: dict[str, tuple[str, dict[str, bool]]] = {
     "": ("polar_look", {"turned": True, "another": False}),
     "t": ("polar_look", {"turned": True, "another": True}),
@@ -27,9 +26,8 @@ _HELP = (
 )
 
 
-def add_polar_align(add: Adder) -> None:
+def words(command: argparse.ArgumentParser) -> None:
     """Add the grammar of `polar-align`."""
-    command = add("polar-align", "look at three stars, say what to turn to put axis 1 right, and look again")
     command.add_argument("--witness", default="simulator", metavar="WHO", help=f"who sees the sky: {WITNESSES}")
     command.add_argument("--pole", choices=POLES, default="true", help="to which a polar axis shall point")
     command.add_argument("--goal", type=float, default=20.0, metavar="ARCSEC", help="near enough (default 20)")

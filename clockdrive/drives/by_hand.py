@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 from clockdrive.answers import Answer
 from clockdrive.errors import Refused
+from clockdrive.session.account import AT_REST
 
 if TYPE_CHECKING:
     from clockdrive.configuration import Configuration
     from clockdrive.session import Session
 
 T = TypeVar("T")
-_AT_REST = frozenset({"idle", "parked"})
 
 
 class AtRest:
@@ -47,7 +47,7 @@ class AtRest:
         """
         session = self.session
         session.require_free(parked=True)
-        if session.doing not in _AT_REST:
+        if session.doing not in AT_REST:
             raise Refused(f"the telescope is {session.doing}; registers are changed at rest only: `stop` first")
         try:
             return work()
@@ -114,6 +114,10 @@ class ByHand:
     def encoders(self) -> Answer:
         """What the encoders read, and where they say the axes are."""
         raise Refused(f"there are no absolute encoders to read: {self.without}")
+
+    def fiducials(self, axis: str | None) -> Answer:  # noqa: ARG002 - likewise
+        """The last passages of fiducials."""
+        raise Refused(f"a drive of kind {self._kind} has no fiducials: `drive show` tells all that it has")
 
     @property
     def without(self) -> str:

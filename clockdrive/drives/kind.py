@@ -1,7 +1,7 @@
 """What the application must know of a kind of drives: its axes, its law of motion, its driver, its simulator."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from pointing.plan import Axis, Timing
 
@@ -34,6 +34,16 @@ class Simulated(Protocol):
 
     def snapshot(self) -> Mapping[str, object]:
         """What `simulated` must be given to go on from here."""
+        ...
+
+
+@runtime_checkable
+class Geared(Protocol):
+    """A simulated drive with the gears of its mount: its axes follow its motors through their play."""
+
+    @property
+    def plays(self) -> tuple[float, float]:
+        """Play of each axis, in the drive's own units."""
         ...
 
 

@@ -15,6 +15,9 @@ class NobodyBeside:
     def hasten(self) -> None:
         """Nobody hurries."""
 
+    def ease(self) -> None:
+        """Nobody waits longer."""
+
     def beat(self) -> bool:
         """Nobody needs a sign of life."""
         return True

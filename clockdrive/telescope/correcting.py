@@ -26,7 +26,13 @@ class Correcting(Parts):
     """Sync, offset, guide, centre; instruments and power."""
 
     def sync(self, target: "TargetLike", posture: Posture | None = None, *, force: bool = False) -> float:
-        """Declare that the telescope points at a target now; returns the correction in degrees."""
+        """Declare that the telescope points at a target now; returns the correction of the larger axis in degrees."""
+        return max(map(abs, self.sync_axes(target, posture, force=force)))
+
+    def sync_axes(
+        self, target: "TargetLike", posture: Posture | None = None, *, force: bool = False
+    ) -> tuple[float, float]:
+        """Declare as `sync` does; returns the correction of each axis in degrees."""
         resolved = self._target(target, self.clock.now())
         return self._control.call(lambda: self._adjusting.sync(resolved, posture, force=force))
 

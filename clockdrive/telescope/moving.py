@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from clockdrive.planning import TargetLike, TimeLike
 
 _LONGEST_WAIT_S = 1800.0  # that `goto` waits for a satellite
+_NO_HOME = "home is where both axes are at centre_deg: `park` goes to park_deg instead"
 
 
 def nobody(progress: Progress) -> None:
@@ -124,8 +125,17 @@ class Moving(Parts):
         return self._control.call(self._session.unpark)
 
     def home(self, progress: Report = nobody) -> PlanAnswer:
-        """Go to the centre of both axes and stay there."""
-        plan = self._perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
+        """Go to the centre of both axes and stay there.
+
+        Raises
+        ------
+        Refused, Unreachable
+            As for `goto`; the text names `park` where the centre is out of reach.
+        """
+        try:
+            plan = self._perform(self._slewing.to_angles("home", self._configured("centre_deg"), progress))
+        except Unreachable as refusal:
+            raise Unreachable(f"{refusal}; {_NO_HOME}", refusal.reachable, refusal.checks) from refusal
         return self._answered(plan)
 
     def jog(

@@ -8,7 +8,7 @@ whose answer was lost is not sent again: see `line`.
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from mounts.apo import tai
@@ -29,10 +29,11 @@ _D = TypeVar("_D", bound=Drift)
 _FORGETS = 0.8  # from answer to answer, of how late one was
 _PRINTED_DEG = 5e-7
 _PRINTED_S = 0.001
-
-
 STANDS_DEG_S = 1e-4
-"""Below which an axis stands."""
+"""Degrees per second, below which an axis stands."""
+LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
+"""The status bits that say that an axis is at a limit."""
+_HARMLESS = frozenset({*LIMITS, "buffer_empty"})
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,6 @@ class Sight:
     velocity: float
     uncertainty: float
     word: StatusWord
-
-
-LIMITS = ("reverse_soft_limit", "forward_soft_limit", "reverse_limit_switch", "forward_limit_switch")
-_HARMLESS = frozenset({*LIMITS, "buffer_empty"})
 
 
 def halts(word: StatusWord) -> bool:
@@ -257,18 +254,18 @@ class ControlledAxis:
     def halt(self, *, abruptly: bool = False) -> None:
         """End the motion; the axis decelerates, or is stopped as the stop button does."""
         self.asked(lambda: self.controller.tell("STOP" if abruptly else "MOVE"))
-        self._forget_path()
+        self._drop_nodes()
 
     def stow(self) -> None:
         """Let the controller drive the axis to its stow position, which it alone knows."""
         self.led = True
         self.asked(lambda: self.controller.tell("P"))
-        self._forget_path()
+        self._drop_nodes()
 
     def initialise(self) -> None:
         """Halt and clear the sticky bits."""
         self.asked(lambda: self.controller.tell("INIT"))
-        self._forget_path()
+        self._drop_nodes()
         self.forget_bits()
 
     def forget_bits(self) -> None:
@@ -277,15 +274,16 @@ class ControlledAxis:
 
     def let_expire(self) -> None:
         """Leave the axis alone with what it was given: that its path runs out is wanted."""
-        self._forget_path()
+        self._drop_nodes()
 
-    def _forget_path(self) -> None:
+    def _drop_nodes(self) -> None:
+        """Foresee nothing of the nodes that were given, and give none of those that wait for room."""
         self._waiting.clear()
         self.queue.clear()
 
     def forget_path(self) -> None:
         """Forget what the axis was given and where it was: somebody else has moved it, or its zero."""
-        self._forget_path()
+        self._drop_nodes()
         self.confirming.forget()
 
     def displace(self, degrees: float) -> None:
@@ -300,12 +298,11 @@ class ControlledAxis:
         ends = self.queue.ends
         return self.offset.at(ends) - self._timed_by.at(ends) if self.queue.is_path else 0.0
 
-    def come_in_time(self, rate: float) -> None:
-        """Displace a buffer that comes too early or too late for a target of this velocity, degrees per second."""
-        early = self.early_s
+    def come_in_time(self, rate: float, early: float) -> None:
+        """Displace a buffer that comes so many seconds too early for a target of this velocity, degrees a second."""
         self.displace(-rate * early)
         self.queue.retime(-early)
-        self._timed_by = self.offset.line
+        self._timed_by = replace(self._timed_by, offset=self._timed_by.offset + early)
 
     def set_position(self, degrees: float) -> None:
         """Declare the present position."""

@@ -7,13 +7,11 @@ import math
 from collections.abc import Iterator
 
 from mounts.apo import supervision
-from mounts.apo.axis import ControlledAxis, Sight
+from mounts.apo.axis import STANDS_DEG_S, ControlledAxis, Sight
 from mounts.apo.trust import Trust
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
 
-MOVES = 1e-4
-"""Degrees per second, below which an axis stands."""
 _ANOTHERS = (
     "somebody else has its semaphore, so it takes no MOVE from this host; it goes to the end of its path, or is "
     "stopped by whoever has the semaphore, or by the stop button"
@@ -176,4 +174,4 @@ def _unhalted(axis: ControlledAxis, error: DriveError | TransportError) -> Drive
         return error
     if not axis.is_anothers:
         return error
-    return DriveRefused(f"{axis.name}: {_ANOTHERS}") if abs(sight.velocity) > MOVES else None
+    return DriveRefused(f"{axis.name}: {_ANOTHERS}") if abs(sight.velocity) >= STANDS_DEG_S else None

@@ -5,6 +5,10 @@ millisecond: each answer bounds the offset from both sides. The middle of the bo
 for the longer one was under way, the less its middle says. A clock is taken to be right where no middle is farther
 off than rounding makes it, or their mean no farther than their spread; any other keeps the mean. What remains, if
 times are cut and not rounded, or all answers come at the same part of a millisecond, is half of one: 1.8″ at 1°/s.
+
+A gain of 50 ppm shows after 25 s, one of 20 ppm after a minute; more answers help little, as each sweep through a
+millisecond looks like a gain. So the one that a clock had when it was last seen is assumed, until the answers tell
+another or speak against it: a quartz keeps its own.
 """
 
 from collections import deque
@@ -60,9 +64,12 @@ class ClockOffset:
         The offset, seconds; 0 while nothing is known or speaks against it.
     uncertainty_s : float
         By how much it may be off, seconds.
+    assumed_gain : float
+        What it gains, seconds a second, for all that is known from before.
     """
 
     def __init__(self) -> None:
+        self.assumed_gain = 0.0
         self._sights: deque[_Sight] = deque(maxlen=_MOST)
         self.value = self.uncertainty_s = self._gain = 0.0
 
@@ -112,17 +119,28 @@ class ClockOffset:
         last, count = self._sights[-1].time, len(quick)
         times = [sight.time - last for sight in quick]
         middles = [sight.middle for sight in quick]
-        time, middle, gain = sum(times) / count, sum(middles) / count, 0.0
+        time, middle, gain = sum(times) / count, sum(middles) / count, self.assumed_gain
         if -times[0] >= _TELLING_S and count > _FEW:
-            spread = sum([(when - time) ** 2 for when in times])
-            gain = sum([(when - time) * (each - middle) for when, each in zip(times, middles, strict=True)]) / spread
-            left = [each - middle - gain * (when - time) for when, each in zip(times, middles, strict=True)]
-            unsure = sum([each**2 for each in left]) / (count - 2) / spread
-            gain *= gain**2 > _CERTAIN**2 * unsure and abs(gain * times[0]) > _RAMP_S * (
-                _KEEPS if self._gain else 1.0
-            )
-        self.value, self._gain = (0.0, 0.0) if self._right(middles, middle) else (middle - gain * time, gain)
+            gain = self._told_gain([when - time for when in times], [each - middle for each in middles])
+        assumed = gain != 0.0 and gain == self.assumed_gain  # of which these answers need not tell yet
+        right = not assumed and self._right(middles, middle)
+        self.value, self._gain = (0.0, 0.0) if right else (middle - gain * time, gain)
         self.uncertainty_s = max([abs(sight.middle - self.value) + sight.half for sight in quick])
+
+    def _told_gain(self, times: Sequence[float], middles: Sequence[float]) -> float:
+        """The gain that answers tell, both from their means; the assumed one where they tell none, or none at all."""
+        spread, lasts = sum([when**2 for when in times]), times[-1] - times[0]
+        gain = sum([when * each for when, each in zip(times, middles, strict=True)]) / spread
+        left = [each - gain * when for when, each in zip(times, middles, strict=True)]
+        unsure = sum([each**2 for each in left]) / (len(times) - 2) / spread
+
+        def is_told(other: float, ramp_s: float) -> bool:
+            """Whether the answers speak against another gain."""
+            return (gain - other) ** 2 > _CERTAIN**2 * unsure and abs(gain - other) * lasts > ramp_s
+
+        if is_told(0.0, _RAMP_S * (_KEEPS if self._gain else 1.0)):
+            return gain
+        return 0.0 if is_told(self.assumed_gain, _RAMP_S) else self.assumed_gain
 
     def _right(self, middles: Sequence[float], mean: float) -> bool:
         """Whether the clock may be right, for all that the quick answers say; no answer speaks against it."""

@@ -76,7 +76,6 @@ class Confirming:
             No answer is one, or none follows from another; what `ask` raises.
         """
         before: Timed[_D] | None = None
-        hardest = self._acceleration * _JOLTS
         for attempt in range(_ASKED_AGAIN):
             try:
                 timed = ask()
@@ -84,11 +83,7 @@ class Confirming:
                 if attempt == _ASKED_AGAIN - 1:
                     raise
                 continue
-            confirmed = (
-                before is not None
-                and (self._is_in_time(timed) or (attempt == _ASKED_AGAIN - 1 and _keep_step(before, timed)))
-                and continues(before.value, timed.value, hardest)
-            )  # an earlier answer echoes the same
+            confirmed = before is not None and self._confirms(before, timed, is_last=attempt == _ASKED_AGAIN - 1)
             off = 0.0 if confirmed else self._unforeseen(timed)
             if off is not None:
                 self.off_deg, self.foreseen = off, not confirmed
@@ -101,6 +96,11 @@ class Confirming:
             f"{_ASKED_AGAIN} positions that do not follow from each other, the last "
             f"{before.value.position_deg if before else 0.0:.7f}°; check cable and baud rate"
         )
+
+    def _confirms(self, before: Timed[_D], timed: Timed[_D], *, is_last: bool) -> bool:
+        """Whether an answer follows from the one before, and is of its own time: an earlier one echoes the same."""
+        in_time = self._is_in_time(timed) or (is_last and _keep_step(before, timed))
+        return in_time and continues(before.value, timed.value, self._acceleration * _JOLTS)
 
     def _unforeseen(self, timed: Timed[_D]) -> float | None:
         """Degrees by which an answer is off the path, or, without one, off the line of the answer before.

@@ -14,11 +14,11 @@ from contextlib import suppress
 from dataclasses import replace
 
 from mounts.apo import supervision
-from mounts.apo.axis import ControlledAxis, Sight
-from mounts.apo.axis_group import MOVES, AxisGroup
+from mounts.apo.axis import STANDS_DEG_S, ControlledAxis, Sight
+from mounts.apo.axis_group import AxisGroup
 from mounts.apo.by_hand import SETS_POSITION, Given, give
 from mounts.apo.clock_setting import ClockSet, require_settable, set_clock
-from mounts.apo.commands import decode
+from mounts.apo.commands import Kind, decode
 from mounts.apo.connecting import Setting, identified, settings_notes, settings_of, told
 from mounts.apo.declaring import at_slow_speed, declare
 from mounts.apo.exchanged import exchanged
@@ -27,7 +27,7 @@ from mounts.apo.halting import Halting
 from mounts.apo.settings import ApoSettings
 from mounts.apo.slew_model import ApoSlewModel
 from mounts.apo.stowing import Stowing
-from mounts.apo.trust import Trust
+from mounts.apo.trust import Trust, numbers
 from mounts.apo.watch import Watch
 from mounts.apo.ways import Ways
 from mounts.drive import AxisPath, AxisSlew, Capabilities, Reading
@@ -64,6 +64,8 @@ class ApoDrive:
         self._settings = settings
         self._remember = remember
         self._trust = Trust(memory, settings)
+        for axis, gain in zip(axes, numbers(memory.get("gains"), len(axes)) or (), strict=False):
+            axis.offset.assumed_gain = gain
         self._group = AxisGroup(axes, self._trust)
         self._ways = Ways(self._group, settings)
         self._follower = Follower(axes, settings, self._ways.meet, self._ways.ramp)
@@ -76,6 +78,11 @@ class ApoDrive:
     def axes(self) -> tuple[ControlledAxis, ...]:
         """The axes, for what this driver has no word of."""
         return self._axes
+
+    @property
+    def kind(self) -> Kind:
+        """Whose controllers they are."""
+        return self._settings.kind
 
     @property
     def capabilities(self) -> Capabilities:
@@ -106,8 +113,9 @@ class ApoDrive:
 
     @property
     def memory(self) -> Mapping[str, object]:
-        """Where the axes were, when, and whether that could be trusted."""
-        return self._trust.as_json()
+        """Where the axes were, when, and whether that could be trusted; what their clocks gain."""
+        gains = [axis.offset.line.gain or axis.offset.assumed_gain for axis in self._axes]
+        return {**self._trust.as_json(), "gains": gains}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -199,7 +207,7 @@ class ApoDrive:
         if not sights:
             return
         latest = max(sight.time for sight in sights.values())
-        stand = not self._group.silent and all(abs(sight.velocity) < MOVES for sight in sights.values())
+        stand = not self._group.silent and all(abs(sight.velocity) < STANDS_DEG_S for sight in sights.values())
         self._stowing.settle(latest, stand=stand)
         self._halting.settle(latest, stand=stand)
 

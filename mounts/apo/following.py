@@ -13,6 +13,7 @@ from mounts.apo.axis import ControlledAxis, Sight
 from mounts.apo.meeting import Where
 from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
+from mounts.apo.slew_profile import MARGIN
 from mounts.apo.tracking_nodes import interval_s, strays_deg
 from mounts.drive import AxisPath
 from mounts.errors import DriveRefused
@@ -29,14 +30,13 @@ _SHARE = 2.0  # of the time that a node takes, for all else that is said
 _STRAYS_DEG = 0.05 / 3600.0  # at most, where the lines do not carry the nodes that a milliarcsecond takes
 _KNOWN_S = 1e-4  # to which a clock is known
 _SHOWS_DEG = 0.01 / 3600.0  # by which one that is off must have displaced the axis
-_SPARED_DEG = 0.3 / 3600.0  # by which a thousandth of an acceleration displaces a slew in a second
+_SPARED = 0.5 * (1.0 - MARGIN)  # of the top speed, by which a slew that cruises can be displaced in a second
 _CRUISES_S = 3.0
 _ALONG_DEG_S = 1e-3
 _MOVING_AHEAD_S = 3.0  # at a speed of one's own, which ends soon after the host
 _MOVING_STEP_S = 1.0
 _AT_SPEED_S = 4.0  # with the way to rest behind, where a controller would go on for ever
 _RENEWED_S = 2.0  # by which that is given anew before it begins
-_KEEPS_S = 0.2  # by which the travel is left ahead of a limit: nodes are not taken back
 
 Meet = Callable[[int, Where], Sequence[PathNode]]
 
@@ -200,7 +200,7 @@ class Follower:
         if abs(shift) <= _SAME_DEG:
             return True
         if max(off) - min(off) > _SLIGHT_DEG:  # it is on its way there
-            return abs(shift) <= _SLIGHT_DEG
+            return max(abs(shift), _bulge(ahead[-1], where)) <= _SLIGHT_DEG
         if abs(shift) > _DISPLACED_DEG:
             return False
         axis.displace(shift)
@@ -209,19 +209,20 @@ class Follower:
     def _keep_time(self, i: int, where: Where, time: float) -> None:
         """Displace what was given by a clock that is known better now, where that shows.
 
-        An axis that slews has no acceleration to spare, but where it cruises: there it can be displaced a little.
+        An axis that slews has nothing to spare but where it cruises: there it is displaced a little at a time.
         """
         axis = self._axes[i]
         early, last = axis.early_s, axis.queue.last
         if last is None or abs(early) < _KNOWN_S or abs(early * last.velocity) < _SHOWS_DEG:
             return
-        if not (joined := _is_joined(axis.queue.at(time), where(time))) and not axis.queue.cruises(time, _CRUISES_S):
-            return
-        most = _DISPLACED_DEG if joined else _SPARED_DEG
-        if abs(early * last.velocity) <= most:
-            self._doubtful[i] = True  # until it is answered
-            axis.come_in_time(last.velocity)
-            self._doubtful[i] = False
+        most = _DISPLACED_DEG
+        if not _is_joined(axis.queue.at(time), where(time)):
+            if not axis.queue.cruises(time, _CRUISES_S):
+                return
+            most = _SPARED * axis.settings.max_speed_deg_s * _PERIOD_S
+        self._doubtful[i] = True  # until it is answered
+        axis.come_in_time(last.velocity, copysign(min(abs(early), most / abs(last.velocity)), early))
+        self._doubtful[i] = False
 
     def _lacks(self, i: int, until: float, time: float) -> bool:
         """Whether an axis is to be given a node, and has room for it."""
@@ -261,6 +262,14 @@ class Follower:
 def _off(node: PathNode | None, where: Where) -> float:
     """Degrees by which a path has left a node."""
     return 0.0 if node is None else where(node.time)[0] - node.position
+
+
+def _bulge(node: PathNode, where: Where) -> float:
+    """Degrees by which the cubic to the next node leaves a path for a velocity that is not the path's.
+
+    Of velocities that differ by v at one end of an interval h, 4/27 v h: the peak of Hermite's u (1 - u)².
+    """
+    return 4.0 / 27.0 * abs(where(node.time)[1] - node.velocity) * interval_s(where, node.time)
 
 
 def _is_joined(here: tuple[float, float] | None, there: tuple[float, float]) -> bool:

@@ -242,12 +242,16 @@ class Line:
                     )
                 else:
                     return reply
+        raise self._unanswered(link, text, echoed)
+
+    def _unanswered(self, link: Link, text: str, echoed: str) -> NoAnswer | WrongAnswer:
+        """What is to be raised where no reply echoed `text`, but perhaps another one did another line."""
         if echoed:
-            raise WrongAnswer(
+            return WrongAnswer(
                 f"{link.name}: {text!r} was echoed as {echoed[:80]!r}; it may have been obeyed so: check cable and "
                 "baud rate, and that no other program uses the line"
             )
-        raise NoAnswer(
+        return NoAnswer(
             f"{link.name}: no answer within {self._timeout:g} s to {text!r}; check power, cable and baud rate, and "
             "drive.timeout_s of a slow link"
         )

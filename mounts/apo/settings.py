@@ -5,6 +5,9 @@ from typing import Literal
 
 from mounts.apo.commands import Kind
 
+LEAD_S = 1.0
+"""By which the first node of a way must be sent ahead."""
+_HALTING_S = 0.5  # to tell the other axes, where one does not answer
 OnExpiry = Literal["halt", "extrapolate"]
 
 
@@ -35,3 +38,12 @@ class ApoSettings:
     stows: bool = False  # whether `park` ends with the controllers' own stow
     together: bool = False  # whether an axis that would arrive first begins later
     meaning: str = ""  # by which degrees become places; those synchronised under another one mean nothing
+    call_s: float = 2.0  # that a call to a controller may take, with repeating it; the time of the line apart
+
+    @property
+    def shortest_slew_s(self) -> float:
+        """That a slew lasts at least: till then a call to a silent axis has ended, and the others were halted.
+
+        The way of the axis that was told first begins its lead after that, so the lead is spared.
+        """
+        return max(self.call_s - LEAD_S, 0.0) + _HALTING_S

@@ -11,7 +11,6 @@ from functools import lru_cache
 from pointing.instant import Instant
 
 DAY_S = 86400.0
-NOT_SET = -1.0
 LARGEST_OFFSET_S = 0.4
 """Between a controller's clock and the host's; beyond that the two disagree about what time it is."""
 _TT_AHEAD_S = 32.184  # of TAI

@@ -6,10 +6,10 @@ where it was last seen, else the position is unsynchronised until `sync`.
 
 from collections.abc import Mapping, Sequence
 
-from mounts.apo.axis import Sight
+from mounts.apo.axis import STANDS_DEG_S, Sight
 from mounts.apo.settings import ApoSettings
 
-_STOOD_DEG, _STOOD_DEG_S = 1e-3, 1e-4  # within which an axis stands where it stood
+_STOOD_DEG = 1e-3  # within which an axis stands where it stood
 _REACH = 1.1  # times its top speed, by which an axis can have been moved while nobody looked
 REINTERPRETED = "centre, direction or site of an axis changed since the last sync; `sync` on a known target"
 
@@ -30,12 +30,12 @@ class Trust:
         self.unsynchronised = str(memory.get("unsynchronised", ""))
         if not self.unsynchronised and memory.get("meaning", settings.meaning) != settings.meaning:
             self.unsynchronised = REINTERPRETED
-        self._position = _numbers(memory.get("position"), len(settings.axes))
-        self._rates = _numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
+        self._position = numbers(memory.get("position"), len(settings.axes))
+        self._rates = numbers(memory.get("rates"), len(settings.axes)) or (0.0,) * len(settings.axes)
         lost = memory.get("lost_axes")
         self.lost_axes: set[int] = set(lost) if isinstance(lost, list) else set()
         """Axes whose position is not known."""
-        self.unsure = list(_numbers(memory.get("unsure"), len(settings.axes)) or (0.0,) * len(settings.axes))
+        self.unsure = list(numbers(memory.get("unsure"), len(settings.axes)) or (0.0,) * len(settings.axes))
         """Degrees by which each axis may be off since its controller restarted, though it is where it stood."""
         time = memory.get("time")
         self._time = float(time) if isinstance(time, int | float) else 0.0
@@ -65,7 +65,7 @@ class Trust:
         has = f"{self._settings.axes[axis].name}: its controller {'has' if surely else 'may have'} restarted"
         if self._position is None:
             self.lose_axis(axis, f"{has} and was never seen before; `sync` on a target")
-        elif led or abs(self._rates[axis]) > _STOOD_DEG_S:
+        elif led or abs(self._rates[axis]) >= STANDS_DEG_S:
             self.lose_axis(axis, f"{has} while the axis moved; `sync` on a target")
         elif (moved := abs(sight.position - self._position[axis])) > _STOOD_DEG:
             self.lose_axis(
@@ -118,7 +118,8 @@ class Trust:
         self.unsynchronised = ""
 
 
-def _numbers(kept: object, count: int) -> tuple[float, ...] | None:
+def numbers(kept: object, count: int) -> tuple[float, ...] | None:
+    """So many numbers as they were remembered; None where they were not."""
     if not isinstance(kept, list) or len(kept) != count:
         return None
     return tuple(float(each) for each in kept)

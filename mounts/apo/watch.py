@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from mounts.apo import supervision
-from mounts.apo.axis import Sight
-from mounts.apo.axis_group import MOVES, AxisGroup
+from mounts.apo.axis import STANDS_DEG_S, Sight
+from mounts.apo.axis_group import AxisGroup
 from mounts.apo.settings import ApoSettings
 from mounts.apo.stowing import Stowing
 from mounts.apo.trust import Trust
@@ -92,7 +92,7 @@ class Watch:
         self._trust.seen(now, [axis.counts for axis in axes], [axis.rate for axis in axes])
         clocks = filter(None, (axis.clock_trouble() for axis in self._group.axes))
         slewing = any(axis.slewing for axis in axes)
-        moves = not braking and any(abs(axis.rate) > MOVES for axis in axes)
+        moves = not braking and any(abs(axis.rate) >= STANDS_DEG_S for axis in axes)
         told = "slewing" if slewing else "tracking" if follows else "another host" if moves and not self.leads else ""
         return Reading(
             time=now,

@@ -11,21 +11,19 @@ from mounts.apo.axis import Sight
 from mounts.apo.axis_group import AxisGroup
 from mounts.apo.meeting import Meeting, Where, excursion, meet, ramp
 from mounts.apo.node_queue import PathNode
-from mounts.apo.settings import ApoSettings
-from mounts.apo.slew_model import ApoSlewModel
+from mounts.apo.settings import LEAD_S, ApoSettings
+from mounts.apo.slew_model import models_of
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused
 from transports.errors import TransportError
 
-LEAD_S = 1.0
-"""By which the first node must be sent ahead."""
 _MARGIN_S = 0.1  # for the solving
 _SLEW_NODES = 9  # of a slew at most, with the one that holds it
 _START_EXCHANGES = _SLEW_NODES + 4  # with two looks, a DRIFT, and one more
 _HOLD_S = 5.0  # an axis that landed at rest is held by a node until MOVE lets it stand
 _LANDED_S = 0.1
 _ATTEMPTS = 3
-_ANEW_S = 4.0  # that a way given anew may take, by the time-outs of the line; till then no other path may run out
+_ANEW = 2.0  # times as long as a call may take, for a way given anew; till then no other path may run out
 _STANDS = 1e-6  # deg/s; the last node lies on the grid of times, up to 0.5 µs before the end
 
 
@@ -50,9 +48,7 @@ class Ways:
     def __init__(self, group: AxisGroup, settings: ApoSettings) -> None:
         self._group = group
         self._settings = settings
-        self.models = tuple(
-            ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3) for axis in settings.axes
-        )
+        self.models = models_of(settings)
         self.arrivals: list[float | None] = [None] * len(group.axes)
         self._holding = [False] * len(group.axes)  # at the end of a slew that ended at rest
         self._planned: dict[int, Callable[[PathNode, float], Meeting]] = {}  # the way of each axis, from any drift
@@ -133,7 +129,7 @@ class Ways:
             try:
                 axis.send_path(_held(meeting.nodes), self._settings.max_nodes)
             except (DriveRefused, TransportError) as error:
-                if attempt == _ATTEMPTS - 1 or self._others_end(i) < line.time + _ANEW_S:
+                if attempt == _ATTEMPTS - 1 or self._others_end(i) < line.time + _ANEW * self._settings.call_s:
                     raise
                 if isinstance(error, DriveRefused) and line.velocity == 0.0:  # something may have halted it unseen
                     axis.look()

@@ -87,6 +87,8 @@ class BoxAxis:
         """Microsteps, signed, of the moves since its encoder last agreed at rest."""
         self.unproved_steps = kept.unproved_steps
         """Microsteps of all moves since a `sync` that nothing has shown to go as far, and that way."""
+        self.trimmed = 0.0
+        """Microsteps that guiding and single steps may have made otherwise, but for what the encoder took back."""
         self.corrected = 0.0
         """Microsteps by which its encoder had it farther on since then."""
         for move in kept.moves:
@@ -97,6 +99,11 @@ class BoxAxis:
     def own_rate(self) -> float:
         """Counts per second that it makes when nothing is asked of it."""
         return self.sign * self._settings.own_rate * self._ticks.crystal if self.index == 0 else 0.0
+
+    @property
+    def steps_per_turn(self) -> float:
+        """Microsteps of its motor for a turn of it."""
+        return self._settings.steps_per_turn[self.index]
 
     @property
     def grain(self) -> float:
@@ -172,14 +179,14 @@ class BoxAxis:
 
     def guided(self, rate: float, begin: float, duration: float) -> None:
         """The rate of axis 1 is another for a time: by how much is the manual's, and may be wrong by all of it."""
-        self.widened(abs(rate - self.own_rate) * max(0.0, duration), begin)
+        self._trims(abs(rate - self.own_rate) * max(0.0, duration), begin)
         self.reckoning.goes_on(rate, begin)
         self.reckoning.goes_on(self.own_rate, begin + duration)
         self.guided_until = begin + duration
 
     def stepped(self, steps: int, begin: float) -> None:
         """Axis 2 makes single microsteps, signed: which way they go is the manual's, and may be the other one."""
-        self.widened(2.0 * abs(steps), begin)
+        self._trims(2.0 * abs(steps), begin)
         sign, duration = (1 if steps > 0 else -1), abs(steps) * FINE_STEP_S
         self.reckoning.moves(
             Motion(begin, duration, lambda seconds: sign * math.floor(seconds / FINE_STEP_S), suspends=False)
@@ -195,6 +202,10 @@ class BoxAxis:
         """It may be off by so much more."""
         state = self.at(time)
         self.reckoning.known(state.counts, time, state.uncertainty + counts)
+
+    def _trims(self, counts: float, time: float) -> None:
+        self.widened(counts, time)
+        self.trimmed += counts
 
     def agreed(self) -> None:
         """Its encoder says, at rest, what is reckoned."""

@@ -13,10 +13,11 @@ from mounts.avr_box.commands import COMMANDS, rest_of
 from mounts.avr_box.trust import Trust
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
+from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
+from transports.memory import BITS_PER_BYTE
 
 ANSWER_S = 0.25  # in which an answer has begun, beyond its line time
-_BITS_PER_BYTE = 10
 _QUIET_S = 0.05
 _TRIES = 3
 _RUBBISH = 4096  # bytes of what nobody asked for that may wait to be read
@@ -59,11 +60,10 @@ class Box:
     """
 
     def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
-        self._open = open_link
+        self._kept = LinkAtNeed(open_link, self._renewed)
         self._clock = clock
-        self.byte_s = _BITS_PER_BYTE / baud if baud else 0.0
+        self.byte_s = BITS_PER_BYTE / baud if baud else 0.0
         """Line time of a byte."""
-        self._link: Link | None = None
         self._unsettled = True  # something may still come that nobody asks for any more
         self._fresh = True  # nothing was asked since it was opened: what comes is of others
         self._trips: list[float] = []  # seconds, the last few round trips without their line time
@@ -74,8 +74,8 @@ class Box:
 
     @property
     def name(self) -> str:
-        """The address, as in the configuration."""
-        return "link not opened yet" if self._link is None else self._link.name
+        """The address of the link last opened."""
+        return self._kept.name
 
     @property
     def delay_s(self) -> float:
@@ -97,12 +97,12 @@ class Box:
             The link was lost; half of this one may stand in the box from now on.
         """
         self._require_sound()
-        link = self._opened()
+        link = self._kept.opened()
         try:
             begin = link.write(command) + self.delay_s
         except LinkError:
             self.in_doubt = COMMANDS[chr(command[0])].arguments > 0
-            self._drop()
+            self._kept.close()
             raise
         self.trust.sent(chr(command[0]), begin)
         return begin
@@ -117,11 +117,7 @@ class Box:
         """
         first = last = self.send(letter)
         for _ in range(times - 1):
-            try:
-                last = self._opened().write(letter) + self.delay_s
-            except LinkError:
-                self._drop()
-                raise
+            last = self._written(letter)
         return first, last
 
     def fill(self, command: bytes) -> None:
@@ -133,10 +129,14 @@ class Box:
             As `send`; none of this stands in the box.
         """
         self._require_sound()
+        self._written(rest_of(command))
+
+    def _written(self, data: bytes) -> float:
+        """Send what leaves nothing in the box; return when it has it, POSIX seconds."""
         try:
-            self._opened().write(rest_of(command))
+            return self._kept.opened().write(data) + self.delay_s
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
 
     def ask(self, question: bytes, tries: int = _TRIES) -> Told:
@@ -155,9 +155,9 @@ class Box:
         error: LinkError | NoAnswer | None = None
         for _ in range(tries):
             try:
-                return self._asked(self._opened(), question)
+                return self._asked(self._kept.opened(), question)
             except LinkError as lost:
-                self._drop()
+                self._kept.close()
                 error = lost
             except NoAnswer as silent:
                 error = silent
@@ -168,7 +168,7 @@ class Box:
     def pause(self, until: float) -> None:
         """Let time pass until POSIX `until` on the link's own clock; what comes meanwhile was not asked for."""
         while (left := until - self._clock.now()) > 0.0:
-            self._opened().read(LENGTH, left)
+            self._kept.opened().read(LENGTH, left)
 
     def switched_on(self) -> None:
         """A person says that the box was switched off and on: nothing stands in it.
@@ -184,15 +184,15 @@ class Box:
         if not self.in_doubt:
             return
         try:
-            self._opened().write(bytes(_MOST_ARGUMENTS))
+            self._kept.opened().write(bytes(_MOST_ARGUMENTS))
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
         self.in_doubt = False
 
     def close(self) -> None:
         """Close the link."""
-        self._drop()
+        self._kept.close()
 
     def _asked(self, link: Link, question: bytes) -> Told:
         self._clear(link)
@@ -236,13 +236,6 @@ class Box:
         if self.in_doubt:
             raise DriveRefused(HALF_A_COMMAND)
 
-    def _opened(self) -> Link:
-        if self._link is None:
-            self._link = self._open()
-            self._unsettled = self._fresh = True
-        return self._link
-
-    def _drop(self) -> None:
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+    def _renewed(self) -> None:
+        """Whatever comes on a new link is of others."""
+        self._unsettled = self._fresh = True

@@ -87,6 +87,11 @@ def flags(*names: str) -> bytes:
     return bytes((ord("C"), sum(FLAGS[name] for name in names)))
 
 
+def guiding_flags(*, pec: bool) -> bytes:
+    """`C` with guiding of both axes on, and the box's own PEC as asked: it cannot be read back."""
+    return flags("ra_guiding", "dec_guiding", *(("pec",) if pec else ()))
+
+
 def move(axis: int, wire_count: int, *, decreasing: bool, axis_bit: int = 1) -> bytes:
     """`M`: move axis 0 or 1 by a count as the box takes it, upward or downward.
 

@@ -49,10 +49,10 @@ def _trial(bench: Bench, bit: int, ratio: float, *, falling: bool) -> Steps[Tria
     axis = drive.axes[1 if bit == bench.configured("drive.axis_bit") else 0]
     half = commands.harmless_below(round(_COUNTS * axis.encoder.step * ratio / 2.0))
     seconds = 2.0 * axis.duration(2 * half) + 1.0
-    before: Told = drive.asked_encoders()
-    wire = drive.send_trial(axis.index, half, falling=falling)
+    before: Told = drive.trials.encoders()
+    wire = drive.trials.move(axis.index, half, falling=falling)
     yield seconds
-    after: Told = drive.asked_encoders()
+    after: Told = drive.trials.encoders()
     tracked = drive.axes[0].own_rate * (after.middle - before.middle - axis.duration(half) * (axis.index == 0))
     tracked /= drive.axes[0].encoder.steps_per_count * ratio
     one, two = (later - earlier for later, earlier in zip(after.pair, before.pair, strict=True))
@@ -76,9 +76,9 @@ def _moves(bench: Bench) -> Steps[list[Finding]]:
 def _north(bench: Bench, *, known: bool) -> Steps[Finding]:
     """Which way `N` turns axis 2, as its encoder counts, where it is known which way that counts."""
     subject, key, configured = "north", "drive.north_reversed", bench.configured("drive.north_reversed")
-    before: Told = bench.drive.asked_encoders()
-    yield bench.drive.north_trial() + 1.0
-    after: Told = bench.drive.asked_encoders()
+    before: Told = bench.drive.trials.encoders()
+    yield bench.drive.trials.north() + 1.0
+    after: Told = bench.drive.trials.encoders()
     made = after.pair.two - before.pair.two
     if abs(made) < _SEEN_NORTH:
         return Finding(subject, "untested", f"encoder 2 saw {made:+d} counts of a move of 5′; check its cable", key)

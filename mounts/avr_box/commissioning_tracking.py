@@ -41,7 +41,7 @@ def tracking(bench: Bench, found: list[Finding]) -> Steps[float]:
     encoder = drive.axes[0].encoder
     configured = bench.configured("drive.encoder_counts_per_turn")
     assert encoder is not None  # noqa: S101 - the step applies where there is one
-    drive.begin_trial()
+    drive.trials.begin()
     try:
         first = yield from _edge(drive, 1)
         last = yield from _edge(drive, _ALONE)
@@ -67,7 +67,7 @@ def _guiding(bench: Bench, drive: "AvrBoxDrive", first: Edge, step: float) -> St
     """Let `+` run for as long as one command lasts, and compare the way with the time."""
     subject, key, own = "guide counts", "drive.guide_counts", abs(drive.axes[0].own_rate)
     configured = bench.configured(key)
-    lasts = drive.guide_trial(MOST_TICKS)
+    lasts = drive.trials.guide(MOST_TICKS)
     yield lasts
     whole = 4 * math.ceil(lasts * own * 1.1 / step / 4.0)
     try:
@@ -86,13 +86,13 @@ def _edge(drive: "AvrBoxDrive", counts: int, since: Edge | None = None) -> Steps
     """Wait until the encoder is so many counts from an edge, or from where it is, and tell when that was."""
     axis = drive.axes[0]
     assert axis.encoder is not None  # noqa: S101 - likewise
-    before = drive.asked_encoders()
+    before = drive.trials.encoders()
     start = before.pair.one if since is None else since.count
     expected = counts * axis.encoder.step / abs(axis.own_rate)
     due = before.middle + _TIMES_TOO_LONG * max(expected, axis.encoder.step / abs(axis.own_rate))
     while before.middle < due:
         yield _LOOK_S
-        told = drive.asked_encoders()
+        told = drive.trials.encoders()
         if abs(told.pair.one - start) >= counts > abs(before.pair.one - start):
             return Edge(told.pair.one, (before.middle + told.middle) / 2.0)
         before = told

@@ -9,14 +9,15 @@ that is silent then may have taken the question for the rest of the move.
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from mounts.avr_box import commands, following
+from mounts.avr_box import absence, commands, following
 from mounts.avr_box.axis import BoxAxis
-from mounts.avr_box.box import Box, Told
+from mounts.avr_box.box import Box
 from mounts.avr_box.closing import Closing
-from mounts.avr_box.doubt import UNATTENDED, proves, uncertainty
+from mounts.avr_box.doubt import Doubt
 from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
+from mounts.avr_box.panel import Panel
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.slew_model import AvrSlewModel
 from mounts.avr_box.slew_table import laws
@@ -25,13 +26,14 @@ from mounts.avr_box.supervision import Supervision
 from mounts.avr_box.tick_clock import CRYSTAL_UNCERTAINTY, TickClock
 from mounts.avr_box.tick_watch import TickWatch
 from mounts.avr_box.tracking import RECHECK_S, Tracker
+from mounts.avr_box.trials import Trials
+from mounts.avr_box.unplaced_hold import UnplacedHold
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveRefused, StillMoving, Unsynchronised
 from pointing.plan import Leading
 
 _TICKS_EVERY_S = 10.0  # the phase of TIMER1 is asked for
 _ASKED_BLIND = 8  # questions a reading, while a command without encoders is not believed
-_GUIDED_S = 118.0  # for which guiding goes on at most when its host is gone
 _NO_STOP = "the box has no stop: {} in {:.1f} s, and no further move is sent; its power switch stops it at once"
 
 
@@ -69,7 +71,9 @@ class AvrBoxDrive:
             for i, law in enumerate(laws(settings.slew_table))
         )
         self.axes = (one, two)
-        self.supervision = Supervision(box, self.axes, self._ticks, kept.unsynchronised, kept.time)
+        self.supervision = Supervision(
+            box, self.axes, self._ticks, kept.unsynchronised, kept.time, endable=settings.busy == "restart"
+        )
         self._watch = TickWatch(box, self._ticks, self.axes)
         self._closing = Closing(box, settings, self.axes)
         self._moves = Moves(
@@ -77,11 +81,19 @@ class AvrBoxDrive:
         )
         self._slews = Slews(box, self.axes, self._moves)
         self._tracker = Tracker(box, settings, self.axes, self._moves, self._ticks, self._watch)
+        self._doubt = Doubt(self.axes, box.trust, self.supervision, self._tracker, proved=kept.proved)
+        self._panel = Panel(box, self.axes, self._ticks, self._watch)
+        self.trials = Trials(box, settings, self.axes, self._moves, self._tracker, self.supervision)
+        """Moves that find out what a move is."""
+        self._unplaced = UnplacedHold(box, self.axes[0], self._moves, self._may_not_be_held)
         self._resting = kept.resting
-        self._proved = kept.proved
         if kept.doubted is not None:
             box.trust.sent("M", kept.doubted)
         self._own_notes: tuple[str, ...] = ()
+
+    def _may_not_be_held(self) -> bool:
+        watch = self.supervision
+        return watch.in_doubt() or watch.on_trial or bool(watch.standing.alarms)
 
     # What it is ------------------------------------------------------------------------------------------------
 
@@ -134,14 +146,14 @@ class AvrBoxDrive:
             self._resting,
             self._moves.sending or self._box.in_doubt,
             None if self._box.trust.complete else self._box.trust.since(),
-            self._proved,
+            self._doubt.proved,
             self._settings.meaning,
         ).as_json()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        return (*self._own_notes, *self.supervision.notes)
+        return (*self._own_notes, *self._doubt.untried, *self.supervision.standing.notes)
 
     # Connecting ------------------------------------------------------------------------------------------------
 
@@ -157,33 +169,13 @@ class AvrBoxDrive:
         if self.supervision.in_doubt():
             return self._reading()
         self._watch.see_a_tick()
-        self._write_flags(pec=self._settings.pec)
+        self._box.send(commands.guiding_flags(pec=self._settings.pec))
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
-        self._unattended(time)
+        if not self.supervision.unsynchronised:
+            self._own_notes += absence.tracked_on(self.axes[0], self._settings, self._tracker.rates, self._seen, time)
         self.supervision.found()
         return self._reading()
-
-    def _write_flags(self, *, pec: bool) -> None:
-        """A box that was switched on has them otherwise, and cannot be asked for them."""
-        self._box.send(commands.flags("ra_guiding", "dec_guiding", *(("pec",) if pec else ())))
-
-    def _unattended(self, time: float) -> None:
-        """While nobody looked it tracked on: how far, and how surely."""
-        away = time - self._seen
-        if not math.isfinite(away) or self.supervision.unsynchronised:
-            return
-        axis = self.axes[0]
-        rates = self._tracker.rates
-        unsure = UNATTENDED if self._settings.encoder_counts_per_turn else 1.0  # it may have been switched off
-        doubt = away * rates.own * unsure + min(away, _GUIDED_S) * (rates.faster - rates.own)
-        here = axis.at(time)
-        axis.known(here.counts, time, here.uncertainty + max(0.0, doubt))
-        degrees = away * rates.own / self._settings.steps_per_turn[0] * 360.0
-        if degrees > 0.1:
-            arcmin = doubt / self._settings.steps_per_turn[0] * 21600.0
-            told = f"axis 1 tracked on for {away:.0f} s while no program looked, {degrees:.2f}° ± {arcmin:.1f}′"
-            self._own_notes = (*self._own_notes, told)
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -215,26 +207,14 @@ class AvrBoxDrive:
         for axis in self.axes:
             state = axis.at(now)
             rate = state.rate if axis.slewing(now) else axis.rate_until_free(now)
-            axes.append(AxisReading(state.counts, self._uncertainty(axis, now) + axis.grain, rate, axis.slewing(now)))
+            axes.append(AxisReading(state.counts, self._doubt.of(axis, now) + axis.grain, rate, axis.slewing(now)))
         return Reading(
             now,
             tuple(axes),
             motion=("tracking", *self.supervision.moved_by),
-            alarms=self.supervision.alarms,
+            alarms=self.supervision.standing.alarms,
             tracking=not self._resting,
             unsynchronised=self.supervision.unsynchronised,
-        )
-
-    def _uncertainty(self, axis: BoxAxis, now: float) -> float:
-        ways = sum(each.unproved_steps for each in self.axes) + axis.unproved_steps  # its own the other way
-        return uncertainty(
-            axis,
-            0.0 if self._proved else ways,
-            self._box.trust,
-            self._tracker.rates,
-            now,
-            self.supervision.looked,
-            flawed=self.supervision.flawed,
         )
 
     # Moving ----------------------------------------------------------------------------------------------------
@@ -259,6 +239,20 @@ class AvrBoxDrive:
         if idle or any(axis.slewing(time) for axis in self.axes):
             return RECHECK_S
         return self._tracker.follow(path)
+
+    def hold_unplaced(self, time: float) -> str:  # noqa: ARG002 - its link knows the time to the piece
+        """Hold axis 1 by its encoder while nobody knows where it is; return how, or nothing where it cannot be.
+
+        Raises
+        ------
+        TransportError
+            The box does not answer.
+        """
+        return self._unplaced.hold()
+
+    def leave_unplaced(self) -> None:
+        """Hold it so no more."""
+        self._unplaced.end()
 
     # All else --------------------------------------------------------------------------------------------------
 
@@ -287,20 +281,11 @@ class AvrBoxDrive:
         if any(now < axis.reckoning.ends for axis in self.axes):
             raise DriveRefused("the axes move: `sync` when they have ended it, the box has no stop")
         found = [here + axis.at(now).rate * (now - time) for axis, here in zip(self.axes, counts, strict=False)]
-        self._prove(found, now)
+        self._doubt.tried(found, now)
         for axis, here in zip(self.axes, found, strict=True):
             axis.known(here, now, 0.5)
         self.supervision.synchronised()
-        self._write_flags(pec=self._settings.pec)
-
-    def _prove(self, found: Sequence[float], now: float) -> None:
-        """A person says where the axes are: whether that shows that moves mean what is taken for it."""
-        one, two = self.axes
-        off = found[0] - one.at(now).counts, found[1] - two.at(now).counts
-        known = not self.supervision.unsynchronised
-        self._proved |= known and proves((one.unproved_steps, two.unproved_steps), off)
-        for axis in self.axes:
-            axis.unproved_steps = 0.0
+        self._box.send(commands.guiding_flags(pec=self._settings.pec))
 
     def stop(self, time: float) -> None:
         """Send no further piece, and hold axis 1 from then on where `follow` says.
@@ -332,13 +317,7 @@ class AvrBoxDrive:
 
     def registers(self) -> Mapping[str, str]:
         """All that it can be asked, and what is known of its clock."""
-        pec = self._watch.ask()
-        shown = {"pec_bin": str(pec.pair.one), "pec_zero": str(pec.pair.two)}
-        if self._settings.encoder_counts_per_turn:
-            said = self._box.ask(commands.ASK_ENCODERS).pair
-            shown |= {"encoder_1": str(said.one), "encoder_2": str(said.two)}
-        doubt = self._ticks.crystal_uncertainty * 1e6
-        return shown | {"crystal": f"{(self._ticks.crystal - 1.0) * 1e6:+.1f} ± {doubt:.1f} ppm"}
+        return self._panel.registers()
 
     def set_pec(self, name: str, number: int) -> None:
         """Set the PEC bin, or the bin at which the index pulse finds the worm.
@@ -348,12 +327,7 @@ class AvrBoxDrive:
         AvrBoxError
             There is no such bin, or its bytes could be taken for a command.
         """
-        self._box.send(commands.set_bin(number) if name == "pec_bin" else commands.set_zero(number))
-        self._ticks.forget()
-
-    def asked_encoders(self) -> Told:
-        """What both encoders say."""
-        return self._box.ask(commands.ASK_ENCODERS)
+        self._panel.set_pec(name, number)
 
     def encoders_seen(self) -> tuple[EncoderSeen, ...]:
         """What both encoders say, and where that is; nothing where none are fitted.
@@ -363,45 +337,11 @@ class AvrBoxDrive:
         TransportError
             They do not answer.
         """
-        if not self._settings.encoder_counts_per_turn:
-            return ()
-        told = self._box.ask(commands.ASK_ENCODERS)
-        seen = []
-        for axis, said in zip(self.axes, told.pair, strict=True):
-            encoder = axis.encoder
-            if encoder is not None:
-                tied = encoder.zero is not None and not self.supervision.unsynchronised
-                here = encoder.steps(said) if tied else None
-                seen.append(EncoderSeen(said, encoder.step, here, axis.at(told.middle).counts))
-        return tuple(seen)
-
-    def begin_trial(self) -> None:
-        """Leave both axes to themselves, PEC off, for somebody who finds out what they do."""
-        self.supervision.on_trial = True
-        self._write_flags(pec=False)
-
-    def guide_trial(self, ticks: int) -> float:
-        """Send `+`, and return for how many seconds it makes axis 1 faster."""
-        return self._tracker.guide_for(ticks)
-
-    def send_trial(self, index: int, half: int, *, falling: bool) -> int:
-        """Send a move that finds out what a move is, with nobody watching but who asked for it; return its count."""
-        self.supervision.on_trial = True
-        wire = half * self._settings.wire_per_half
-        self._moves.send_trial(commands.move(index, wire, decreasing=falling, axis_bit=self._settings.axis_bit))
-        return wire
-
-    def north_trial(self) -> float:
-        """Send `N`, likewise; return how many seconds it takes."""
-        self.supervision.on_trial = True
-        self._box.send(b"N")
-        return self.axes[1].duration(commands.FIVE_ARCMIN[1])
+        return self._panel.encoders(synchronised=not self.supervision.unsynchronised)
 
     def give_back(self) -> None:
         """Trials are over: from here on the axes are where their encoders say."""
-        if self.supervision.on_trial:
-            self._write_flags(pec=self._settings.pec)
-        self.supervision.resumed()
+        self.trials.end()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002
         """Leave it; it ends its move and tracks on, whatever was asked."""

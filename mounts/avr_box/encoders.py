@@ -43,6 +43,9 @@ class Encoder:
     bound_at: float = -math.inf
     """When the reckoning was last held within a count of what it says, POSIX seconds."""
 
+    crept: float = 0.0
+    """Microsteps by which the reckoning had to be brought nearer to what it says since it was tied."""
+
     @property
     def step(self) -> float:
         """Microsteps of a count."""
@@ -55,7 +58,7 @@ class Encoder:
     def tie(self, said: int, steps: float) -> None:
         """The axis is known to be at `steps` while it says this."""
         self.zero = steps - said * self.steps_per_count
-        self.proved = steps
+        self.proved, self.crept = steps, 0.0
 
     def steps(self, said: int) -> float:
         """Where the axis is when it says this, to ±1 count: microsteps."""

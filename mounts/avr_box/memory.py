@@ -9,12 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import cast
 
-NEVER = "the position of this drive was never synchronised; `sync` on a known star"
-UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
-REINTERPRETED = (
-    "gears, centre, sense, mount type or site were configured anew since the last sync, so counts mean other places; "
-    "`sync` on a known star"
-)
+from mounts.remembered import NEVER, number, recalled, reinterpreted, text
+
+REINTERPRETED = reinterpreted("gears")
 
 
 @dataclass(frozen=True)
@@ -60,12 +57,9 @@ class Kept:
     @classmethod
     def of(cls, memory: Mapping[str, object], meaning: str) -> "Kept":
         """What was stored, judged: unsynchronised where it is nothing, broken, or of another telescope."""
-        if not memory:
-            return cls(meaning=meaning)
-        try:
-            found = _read(memory)
-        except (KeyError, TypeError, ValueError):
-            return cls(unsynchronised=UNREADABLE, meaning=meaning)
+        found, why = recalled(memory, _read)
+        if found is None:
+            return cls(unsynchronised=why, meaning=meaning)
         why = found.unsynchronised
         if not why and found.meaning != meaning:
             why = REINTERPRETED
@@ -84,41 +78,29 @@ def _read(memory: Mapping[str, object]) -> Kept:
     time, crystal = memory["time"], memory.get("crystal_uncertainty")
     doubted = memory["doubted"]
     return Kept(
-        unsynchronised=_text(memory["unsynchronised"]),
-        time=-math.inf if time is None else _number(time),
+        unsynchronised=text(memory["unsynchronised"]),
+        time=-math.inf if time is None else number(time),
         axes=(one, two),
-        crystal=_number(memory["crystal"]),
-        crystal_uncertainty=None if crystal is None else _number(crystal),
+        crystal=number(memory["crystal"]),
+        crystal_uncertainty=None if crystal is None else number(crystal),
         resting=memory["resting"] is True,
         sending=memory["sending"] is True,
-        doubted=None if doubted is None else _number(doubted),
+        doubted=None if doubted is None else number(doubted),
         proved=memory["proved"] is True,
-        meaning=_text(memory["meaning"]),
+        meaning=text(memory["meaning"]),
     )
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
     moves = tuple(
-        KeptMove(int(_number(move["half"])), int(_number(move["sign"])), _number(move["begin"]))
+        KeptMove(int(number(move["half"])), int(number(move["sign"])), number(move["begin"]))
         for move in cast("Sequence[Mapping[str, object]]", kept["moves"])
     )
     zero = kept["encoder_zero"]
     return KeptAxis(
-        _number(kept["counts"]),
-        _number(kept["uncertainty"]),
+        number(kept["counts"]),
+        number(kept["uncertainty"]),
         moves,
-        None if zero is None else _number(zero),
-        _number(kept["unproved_steps"]),
+        None if zero is None else number(zero),
+        number(kept["unproved_steps"]),
     )
-
-
-def _number(stored: object) -> float:
-    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
-        raise TypeError(stored)
-    return float(stored)
-
-
-def _text(stored: object) -> str:
-    if not isinstance(stored, str):
-        raise TypeError(stored)
-    return stored

@@ -93,8 +93,8 @@ class Moves:
             self._closing.sent(command, begin, soon=not others)
         self.unproved = True
 
-    def send_trial(self, command: bytes) -> None:
-        """Send a move of which nobody knows yet where it leads.
+    def send_trial(self, axis: BoxAxis, command: bytes, half: int) -> None:
+        """Send a move of which nobody knows yet where it leads, and remember it for what it should be.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class Moves:
             As `Box.send`.
         """
         with self._remembered():
-            self._box.send(command)
+            axis.moved(abs(half), 1 if half > 0 else -1, self._box.send(command))
 
     @contextmanager
     def _remembered(self) -> Iterator[None]:
@@ -153,4 +153,5 @@ class Moves:
             self._watch.ask(tries=1)
             return
         self._supervision.suspect()
-        self._closing.end_all()
+        if not self._box.in_doubt:
+            self._closing.end_all()

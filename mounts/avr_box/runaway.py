@@ -54,8 +54,19 @@ def end(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
         if not left:
             break
     box.pause(until + AGAIN_S)
-    first, second = _looks(box)
-    for each in slowed:
+    return left + running_on(box, slowed)
+
+
+def running_on(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
+    """Look which of them still run; those that stand are where their encoders say.
+
+    Raises
+    ------
+    TransportError, DriveRefused
+        As `end`.
+    """
+    left, (first, second) = [], _looks(box)
+    for each in running:
         if each.stands(first, second):
             tied = each.encoder.zero is not None  # else it was never known where it is
             here = each.encoder.steps(second.pair[each.axis.index]) if tied else each.axis.at(second.middle).counts

@@ -17,6 +17,7 @@ LEAST_BLIND_S = 10.0
 SIDEREAL_DAY_S = 86164.0905
 _PEC_UNCERTAINTY = 1e-3  # of a table that nobody has read: a quarter of the step between two divisors
 MoveCount = Literal["total", "half"]
+Busy = Literal["restart", "ignore"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class AvrSettings:
         The value of the axis bit that means axis 2.
     guide_counts : int
         Timer counts by which `+` and `-` change the compare value.
+    busy : str
+        What a move does to an axis that still moves: it begins anew from this moment, or is not heard.
     north_reversed : bool
         `>`, `N`, `n` and `D` turn axis 2 to smaller angles: its motor is wired the other way.
     pec : bool
@@ -55,6 +58,7 @@ class AvrSettings:
     move_count: MoveCount = "total"
     axis_bit: int = 1
     guide_counts: int = 4
+    busy: Busy = "restart"
     north_reversed: bool = False
     pec: bool = False
     encoder_counts_per_turn: int = 20000

@@ -1,135 +1,115 @@
-"""The dead-man process beside a key that is held, which the unit would hold for ever when its host is gone.
+"""The dead-man process beside keys that are held and drives that go, both of which the unit keeps up for ever.
 
-It is started and armed before a key is pressed, and let go when the unit has confirmed the release. While a release
-is near it allows its owner only a short silence, so that a key is never held much longer than it was to be.
+Its owner may be silent for a moment while a key is held, for a shorter one while a release is near, so that a key is
+never held much longer than it was to be, and for a longer one while only the drives go, which are slow.
 """
 
-from typing import Protocol
+from typing import Literal
 
 from mounts.awr.unit import Unit
-from mounts.errors import DriveRefused
+from mounts.beside import Beside, Guardian
 
-_WATCHED_S = 0.025  # from one sign of life to the next while a release is near
+_SIGN_S, _HASTY_SIGN_S = 0.25, 0.025  # from one sign of life to the next at most; while a release is near
 
-
-class Guardian(Protocol):
-    """What `mounts.deadman.DeadMan` is to a driver."""
-
-    @property
-    def fate(self) -> str:
-        """What became of it; empty while it lives."""
-        ...
-
-    def start(self) -> None:
-        """Start it, unarmed."""
-        ...
-
-    def arm(self) -> None:
-        """Let it act from now on."""
-        ...
-
-    def hasten(self) -> None:
-        """Let it act after a shorter silence."""
-        ...
-
-    def beat(self) -> bool:
-        """Say that the host lives; return whether it does."""
-        ...
-
-    def disarm(self) -> None:
-        """Let it act no more."""
-        ...
-
-    def close(self) -> None:
-        """End it."""
-        ...
+Silence = Literal["arm", "hasten", "ease"]
+"""What the guardian was told of how long its owner may be silent."""
 
 
-class Beside:
-    """Who stands beside the keys.
+class Attended(Beside):
+    """Who stands beside the keys and drives of one unit.
 
     Parameters
     ----------
     unit : Unit
         Whose commands and waits are the host's signs of life.
     guardian : Guardian, optional
-        Without one no key is pressed.
+        Without one no key is pressed, and no drive made to go.
     """
 
     def __init__(self, unit: Unit, guardian: Guardian | None) -> None:
-        self._unit = unit
-        self._guardian = guardian
-        self._started = False
-        self.armed = False
+        super().__init__(unit, guardian, "what moves the axes, a key that is held or a drive")
+        self._waiting = unit
+        self._keys = self._drives = False
+        self._silence: Silence = "arm"
 
     @property
-    def fate(self) -> str:
-        """Why no key may stay pressed: what became of the guardian; empty when all is well."""
-        return self._guardian.fate if self.armed and self._guardian is not None else ""
+    def drives(self) -> bool:
+        """Whether it stands beside drives that go."""
+        return self.armed and self._drives
 
-    def stand_by(self) -> None:
-        """Have the guardian started, which takes a moment; harmless when it is.
-
-        Raises
-        ------
-        DriveRefused, DriveError
-            There is none, or it does not start.
-        """
-        self._there()
+    # Keys ------------------------------------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Have the guardian armed, with patience; harmless when it is.
+        """Have the guardian armed, with patience: a key will be held.
 
         Raises
         ------
         DriveRefused, DriveError
-            There is none, or it does not start.
+            There is none, it does not start, or it is gone since it was armed.
         """
-        guardian = self._there()
-        self._started = False  # one that cannot be armed is started anew the next time
-        guardian.arm()
-        self._started = self.armed = True
-        self._unit.before_each, self._unit.slice_s = guardian.beat, float("inf")
+        super().begin()
+        self._keys = True
+        self._settle()
 
     def hasten(self) -> None:
         """A release is near."""
-        if self.armed and self._guardian is not None:
-            self._unit.slice_s = _WATCHED_S
-            self._guardian.hasten()
+        if self.armed:
+            self._allow("hasten")
 
     def calm(self) -> None:
         """No release is near any more."""
-        if self.armed and self._guardian is not None and self._unit.slice_s < float("inf"):
-            self._unit.slice_s = float("inf")
-            self._guardian.arm()
+        self._settle()
 
     def rest(self) -> None:
-        """All keys are released; the guardian stays, unarmed, for the next one."""
-        if self._guardian is not None and self.armed:
-            self.armed = False
-            self._unit.before_each, self._unit.slice_s = _nobody, float("inf")
-            self._guardian.disarm()
+        """All keys are released."""
+        self._keys = False
+        self._settle()
+
+    # Drives ----------------------------------------------------------------------------------------------------
+
+    def drives_go(self) -> None:
+        """Have the guardian armed: a drive will go.
+
+        Raises
+        ------
+        DriveRefused, DriveError
+            As for `begin`.
+        """
+        super().begin()
+        self._drives = True
+        self._settle()
+
+    def drives_rest(self) -> None:
+        """Both drives are off."""
+        self._drives = False
+        self._settle()
 
     def end(self) -> None:
-        """Let the guardian go."""
-        self.rest()
-        if self._started and self._guardian is not None:
-            self._started = False
-            self._guardian.close()
+        """Nothing moves, or what moves is left to itself; let the guardian go."""
+        self._drives = False
+        super().end()
 
-    def _there(self) -> Guardian:
-        if self._guardian is None:
-            raise DriveRefused(
-                "a key that is pressed stays pressed when this program is gone, so a dead-man process must stand "
-                "beside it, and this driver was made without one"
-            )
-        if self._started and self._guardian.fate:
-            self._started = False
-        if not self._started:
-            self._guardian.start()
-            self._started = True
-        return self._guardian
+    def leave(self) -> None:
+        """The unit did not acknowledge an end: let the guardian, armed, go on trying."""
+        self._keys = self._drives = False
+        super().leave()
 
+    # Both ------------------------------------------------------------------------------------------------------
 
-def _nobody() -> None:
-    """Nobody needs a sign of life."""
+    def _settle(self) -> None:
+        if self._keys:
+            self._allow("arm")
+        elif self._drives:
+            self._allow("ease")
+        else:
+            super().rest()
+            self._hear("arm")
+
+    def _allow(self, silence: Silence) -> None:
+        if self.armed and self._guardian is not None and self._silence != silence:
+            self._hear(silence)
+            getattr(self._guardian, silence)()
+
+    def _hear(self, silence: Silence) -> None:
+        self._silence = silence
+        self._waiting.slice_s = _HASTY_SIGN_S if silence == "hasten" else _SIGN_S

@@ -156,7 +156,8 @@ class ByHand:
         """
         self._parts.unit.relay(number, on=on)
         supervision, bit = self._parts.supervision, 1 << number - 1
-        supervision.relays = supervision.relays | bit if on else supervision.relays & ~bit
+        others = (supervision.relays or 0) & ~bit
+        supervision.switched(others | bit if on else others)
 
     # Keys ------------------------------------------------------------------------------------------------------
 

@@ -28,6 +28,7 @@ from mounts.awr.uncertainty import TWO_SIDED_95, Jitter, Way
 _ROUNDS = 6  # of solving how far a target goes while a press lasts
 _FORESEEN = 12  # stages; more than any goto has
 _LEAD = 1.5  # times its drift by which a key must be faster than a target that runs away
+_ROOM = 0.5, 0.85  # of the shortest time between two commands, to either side of one; of an end before full speed
 _LIKELY = np.array(likely(1))
 Pair = tuple[float, float]
 
@@ -44,14 +45,11 @@ class Press:
         Seconds from the press to the release.
     begin : float
         Seconds from the first press of the stage to this one.
-    blip_s : float
-        Seconds for which the axis takes up its backlash first, and does not move yet.
     """
 
     key: Key
     hold: float
     begin: float = 0.0
-    blip_s: float = 0.0
 
     @property
     def release(self) -> float:
@@ -61,7 +59,7 @@ class Press:
     @property
     def duration(self) -> float:
         """Seconds for which its events say that the axis moves."""
-        return self.blip_s + self.key.duration(self.hold - self.blip_s)
+        return self.key.duration(self.hold)
 
     @property
     def end(self) -> float:
@@ -75,11 +73,11 @@ class Press:
 
     def made(self, elapsed: float) -> float:
         """Steps, signed, so many seconds after this press."""
-        return self.key.made(self.hold - self.blip_s, elapsed - self.blip_s)
+        return self.key.made(self.hold, elapsed)
 
     def planned(self, jitter: Jitter) -> Way:
         """How far it moves the axis, before its events came or when they are lost."""
-        return jitter.planned(self.key, self.hold - self.blip_s)
+        return jitter.planned(self.key, self.hold)
 
     def measured(self, jitter: Jitter, duration: float, hold: float | None = None) -> Way:
         """How far it moved the axis, by its events: seconds from the one to the other.
@@ -87,7 +85,7 @@ class Press:
         `hold` is from the press to the release as they were sent, where that is not as planned.
         """
         held = self.hold if hold is None else hold
-        return jitter.measured(self.key, held - self.blip_s, duration - self.blip_s)
+        return jitter.measured(self.key, held, duration)
 
 
 Presses = tuple[Press | None, Press | None]
@@ -168,10 +166,14 @@ class Errors(NamedTuple):
         By each axis, signed.
     drifts : tuple of float
         By which that grows, steps a second: the target's rate less the drive's.
+    slacks : tuple
+        Of each axis the steps that its motor goes to larger and to smaller counts before the axis follows; below 0
+        where blips lead it as far.
     """
 
     steps: Pair
     drifts: Pair = (0.0, 0.0)
+    slacks: tuple[Pair, Pair] = ((0.0, 0.0), (0.0, 0.0))
 
     def later(self, seconds: float) -> Pair:
         """The same so many seconds later."""
@@ -180,11 +182,10 @@ class Errors(NamedTuple):
 
 
 class _Hold(NamedTuple):
-    """A key, for how long it is held, and its blip; none for an axis that is not moved."""
+    """A key, and for how long it is held; none for an axis that is not moved."""
 
     key: Key | None = None
     seconds: float = 0.0
-    blip_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -195,13 +196,9 @@ class Cascade:
     ----------
     ladder : Ladder
         Its speeds, and what is known of the line and of the times.
-    blips_s : tuple of float
-        Seconds by which an axis begins later that is moved the other way than last time, as it takes up its backlash;
-        0 where that is made on top of the motion.
     """
 
     ladder: Ladder
-    blips_s: Pair = (0.0, 0.0)
 
     @property
     def outlook(self) -> Outlook:
@@ -212,7 +209,7 @@ class Cascade:
         """Whether both axes are, by all that is known, within a guide step of the target: where a goto stops."""
         return max(self._in_guide_steps(errors)) <= WITHIN
 
-    def next(self, errors: Errors, speed: Speed | None = None, turned: tuple[int, int] = (0, 0)) -> Stage | None:
+    def next(self, errors: Errors, speed: Speed | None = None) -> Stage | None:
         """The next stage, or None where the target is reached.
 
         Parameters
@@ -221,8 +218,6 @@ class Cascade:
             As they are when its first command is sent.
         speed : str, optional
             That which is in force; another one takes a command.
-        turned : tuple of int
-            The sense in which each axis was moved last, 1 or -1; 0 where nobody knows.
 
         Raises
         ------
@@ -231,7 +226,7 @@ class Cascade:
         """
         if self.reached(errors.steps):
             return None
-        stages = list(self._stages(errors, speed, turned))
+        stages = list(self._stages(errors, speed))
         if not stages:
             drifts = " and ".join(f"{drift:.1f}" for drift in errors.drifts)
             raise AwrError(
@@ -248,37 +243,36 @@ class Cascade:
             errors = Errors(stage.leaves, errors.drifts)
         return stages
 
-    def _stages(self, errors: Errors, speed: Speed | None, turned: tuple[int, int]) -> Iterator[Stage]:
+    def _stages(self, errors: Errors, speed: Speed | None) -> Iterator[Stage]:
         """Each speed for both axes, and for the worse one alone."""
         one, two = self._in_guide_steps(errors.steps)
         for rung, moved in product(self.ladder.rungs, ((True, True), (one >= two, one < two))):
             begin = 0.0 if rung.speed == speed else self.ladder.exchange_s
-            holds = [
-                self._hold(rung, axis, errors, begin, turned[axis]) if moved[axis] else _Hold() for axis in range(2)
-            ]
+            holds = [self._hold(rung, axis, errors, begin) if moved[axis] else _Hold() for axis in range(2)]
             if 0.0 < max(hold.seconds for hold in holds) < math.inf:
                 yield self._stage(rung, errors, begin, holds)
 
-    def _hold(self, rung: Rung, axis: int, errors: Errors, begin: float, turned: int) -> _Hold:
+    def _hold(self, rung: Rung, axis: int, errors: Errors, begin: float) -> _Hold:
         """What moves an axis to its target; for ever where this speed does not, or not for so short a way."""
         steps, drift = errors.later(begin)[axis], errors.drifts[axis]
         key = rung.key(axis, steps)
         if key is None or abs(key.rate) <= _LEAD * abs(drift):
             return _Hold(None, math.inf)
-        blip = self.blips_s[axis] if turned * key.rate < 0.0 else 0.0
-        hold = key.hold(steps)
-        for _ in range(_ROUNDS):
-            hold = key.hold(steps + drift * (blip + key.duration(hold)))
+        up, down = errors.slacks[axis]
+        way = steps + (up if key.rate > 0.0 else -down)
+        hold = key.hold(way)
+        for _ in range(_ROUNDS if drift else 0):
+            hold = key.hold(way + drift * key.duration(hold))
         if rung is not self.ladder.lowest(axis, steps):
-            return _Hold(key, blip + hold, blip) if hold >= self.ladder.shortest_s else _Hold(None, math.inf)
+            return _Hold(key, hold) if hold >= self.ladder.shortest_s else _Hold(None, math.inf)
         if hold < self.ladder.exchange_s and abs(steps) <= WITHIN * self.ladder.guide_steps[axis]:
             return _Hold()  # it is there already
-        return _Hold(key, blip + max(hold, self.ladder.exchange_s), blip)
+        return _Hold(key, max(hold, self.ladder.exchange_s))
 
     def _stage(self, rung: Rung, errors: Errors, begin: float, holds: Sequence[_Hold]) -> Stage:
         """One speed, with what it leaves and how long all that follows takes on the average."""
         jitter = self.ladder.jitter
-        one, two = (Press(hold.key, hold.seconds, 0.0, hold.blip_s) if hold.key else None for hold in holds)
+        one, two = (Press(hold.key, hold.seconds) if hold.key else None for hold in holds)
         one, two = side_by_side((one, two), self.ladder.exchange_s)
         ends = begin + max(press.end for press in (one, two) if press)
         planned1, planned2 = (press.planned(jitter).sigma if press else 0.0 for press in (one, two))
@@ -310,16 +304,24 @@ def side_by_side(presses: Presses, apart: float) -> Presses:
     one, two = presses
     if one is None or two is None:
         return presses
-    ours, others = (_told(press) for press in presses if press)
-    laters = [mine - other + sign * apart for mine in ours for other in others for sign in (1.0, -1.0)]
-    least = apart * (1.0 - 1e-9)
-    clear = [
-        later for later in laters if all(abs(mine - other - later) >= least for mine in ours for other in others)
-    ]
-    later = min(clear, key=lambda later: max(ours[-1], others[-1] + later) - min(0.0, later))
+    ours, others = _told(one, apart), _told(two, apart)
+    pairs = [(mine - other, room + its) for mine, room in ours for other, its in others]
+    lasts = ours[-1][0], others[-1][0]
+    laters = [between + sign * needed for between, needed in pairs for sign in (1.0, -1.0)]
+    laters.sort(key=lambda later: max(lasts[0], lasts[1] + later) - min(0.0, later))
+    later = next(later for later in laters if _clear(later, pairs))
     return replace(one, begin=max(0.0, -later)), replace(two, begin=max(0.0, later))
 
 
-def _told(press: Press) -> tuple[float, float, float]:
-    """Seconds from a press to itself, its release and the end of its motion: what is said on the line."""
-    return 0.0, press.hold, press.duration
+def _clear(later: float, pairs: Sequence[Pair]) -> bool:
+    """Whether of things so far from one another each has its room, where the second of two is so much later."""
+    return all(abs(between - later) >= 0.999 * needed for between, needed in pairs)
+
+
+def _told(press: Press, apart: float) -> tuple[Pair, Pair, Pair]:
+    """Seconds from a press to itself, its release and the end of its motion, and the room of each on the line.
+
+    An end before full speed is late or early by twice as much.
+    """
+    usual, room = _ROOM[0] * apart, _ROOM[press.hold < press.key.climb_s] * apart
+    return (0.0, usual), (press.hold, usual), (press.duration, room)

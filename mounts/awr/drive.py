@@ -6,10 +6,9 @@ registers, which are soft-written for the target, so that for the keys it stands
 word is written into the non-volatile memory unless a person asks for it.
 """
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 
-from mounts.awr.beside import Guardian
 from mounts.awr.by_hand import ByHand
 from mounts.awr.following import LEAST_FOLLOW_S, follow
 from mounts.awr.ladder import Ladder
@@ -21,13 +20,15 @@ from mounts.awr.presence import Presence
 from mounts.awr.settings import AwrSettings
 from mounts.awr.slew_model import AwrSlewModel
 from mounts.awr.slewing import Slewing
-from mounts.awr.supervision import STEPPED
+from mounts.awr.supervision import DESERTED, STEPPED
 from mounts.awr.unit import Unit
+from mounts.beside import Guardian
 from mounts.drive import AxisPath, AxisReading, AxisSlew, Capabilities, Reading
 from mounts.errors import DriveError, DriveRefused
 from pointing.plan import Leading
 from transports.errors import TransportError
 
+_BESIDE_S = 1.5  # in which a unit is looked at, be it asked three times, before a key is to be released
 _OTHERS = (Error, Override, IndexPulse, Lines, Backlash)
 
 
@@ -61,14 +62,8 @@ class AwrDrive:
         self.supervision, self.proof = parts.supervision, parts.proof
         self._presence = Presence(parts)
         self._slewing = Slewing(parts)
-        self.hand = hand = ByHand(parts, self._presence)
-        hand.recall(parts.kept.written)
-        self.soft_write, self.commit, self.discard, self.differing = (
-            hand.soft_write, hand.commit, hand.discard, hand.differing,
-        )  # fmt: skip
-        self.switch_relay, self.way_of, self.press, self.trial = (
-            hand.switch_relay, hand.way_of, hand.press, hand.trial,
-        )  # fmt: skip
+        self.hand = ByHand(parts, self._presence)
+        self.hand.recall(parts.kept.written)
 
     # What it is ------------------------------------------------------------------------------------------------
 
@@ -95,7 +90,7 @@ class AwrDrive:
     def slew_models(self) -> tuple[AwrSlewModel, AwrSlewModel]:
         """How long a goto takes, at most."""
         one, two = (
-            AwrSlewModel(self.ladder, i, self._parts.pace.resting_ladder, rate)
+            AwrSlewModel(self.ladder, i, self._parts.pace.resting_ladder, rate, self.axes[i].play.steps)
             for i, rate in enumerate(self.words.usual.drives)
         )
         return one, two
@@ -120,7 +115,7 @@ class AwrDrive:
         """Position, rates, cookie, delays."""
         now, kept = self.unit.now(), self._parts.kept
         one, two = (
-            KeptAxis(state.counts, state.uncertainty, axis.rate, axis.turned)
+            KeptAxis(state.counts, state.uncertainty, axis.rate, axis.side(now))
             for axis, state in ((axis, axis.at(now)) for axis in self.axes)
         )
         return Kept(
@@ -169,6 +164,7 @@ class AwrDrive:
         self.words.read()
         self._presence.check_past(time)
         self.words.insist()
+        self._presence.doubt_drives(time)
         self.hand.recall(self.hand.written)
         parts.drives.as_the_words_say(time)
         if make_safe:
@@ -182,14 +178,25 @@ class AwrDrive:
         return self._reading()
 
     def close(self, time: float, *, keep_tracking: bool) -> None:  # noqa: ARG002 - as fast as it goes
-        """Release all keys; the drives go on at their rates where that is wanted, and stop else."""
+        """Release all keys; the drives go on at their rates where that is wanted, and stop else.
+
+        Raises
+        ------
+        DriveError, TransportError
+            The unit does not confirm it; a dead-man process that stood beside goes on trying.
+        """
         self._slewing.forget()
-        with suppress(TransportError, DriveError):
+        try:
             self.keys.halt()
             if not keep_tracking:
                 self._parts.drives.rest()
-        self._parts.beside.end()
-        self.unit.close()
+        except (TransportError, DriveError):
+            self._parts.beside.leave()
+            raise
+        else:
+            self._parts.beside.end()
+        finally:
+            self.unit.close()
 
     # Reading ---------------------------------------------------------------------------------------------------
 
@@ -202,7 +209,7 @@ class AwrDrive:
             The unit does not answer or obey; its keys were released, as far as it listens.
         """
         drives = self._parts.drives
-        self.keys.require_hearing()
+        self._require_guarded()
         self.keys.look()
         self._take_events()
         if self.supervision.was_reset:
@@ -213,12 +220,26 @@ class AwrDrive:
         if drives.in_doubt and not self.keys.busy:
             drives.resolve()
         self._follow_clock()
+        self._slewing.is_proven()
         self._slewing.go_on()
-        if not self.keys.busy and self._presence.is_due:
+        if self._presence.is_due and self.keys.free_for(_BESIDE_S):
             if self._presence.is_lost():
                 self._began_anew()
             self._presence.ask_status(self.unit.now())
+        self._take_events()  # those that came meanwhile as well
         return self._reading()
+
+    def _require_guarded(self) -> None:
+        """See that whoever is to stand beside what moves is there; else end it: it may have ended it before."""
+        fate, beside = self._parts.beside.fate, self._parts.beside
+        if not fate:
+            return
+        if beside.drives:
+            self.supervision.lose(DESERTED.format(fate))
+        self._slewing.forget()
+        self.keys.let_go()
+        self._parts.drives.rest()
+        raise DriveRefused(f"keys and drives were stopped: {fate}")
 
     def _take_events(self) -> None:
         self.unit.listen(self.unit.now())
@@ -227,6 +248,7 @@ class AwrDrive:
         self.supervision.take(told)
         for each in told:
             if isinstance(each.event, Override):
+                self.keys.stood()
                 self._parts.drives.held(each.time, stopped=each.event.stopped)
 
     def _check_clock(self) -> None:
@@ -241,6 +263,7 @@ class AwrDrive:
 
     def _began_anew(self) -> None:
         self._slewing.give_up()
+        self.keys.stood()
         self.hand.forget()
         self._presence.began_anew()
 
@@ -250,7 +273,8 @@ class AwrDrive:
         for axis in self.axes:
             state = axis.at(now)
             moved = self._slewing.wanted or self.keys.slewing(axis.index)
-            axes.append(AxisReading(state.counts, state.uncertainty, state.rate, moved))
+            doubt = math.hypot(state.uncertainty, self.keys.doubt(axis.index))
+            axes.append(AxisReading(state.counts, doubt, state.rate, moved))
         tracking = any(axis.rate for axis in self.axes)
         return Reading(
             now,
@@ -309,7 +333,7 @@ class AwrDrive:
         """
         self._check_clock()
         self._slewing.require_ready()
-        self.keys.require_hearing()
+        self._require_guarded()
         if self._slewing.at(rates):
             self._take_events()
 

@@ -8,9 +8,11 @@ import math
 from collections.abc import Sequence
 
 from mounts.awr.axis import AwrAxis
+from mounts.awr.beside import Attended
+from mounts.awr.proof import Proof
 from mounts.awr.registers import BY_NAME, Flags, Register
 from mounts.awr.speeds import DRIVES, RateWords
-from mounts.awr.unit import PACKET_S, Unit
+from mounts.awr.unit import Unit
 from mounts.awr.words import Words
 from mounts.errors import DriveError
 from transports.errors import TransportError
@@ -27,12 +29,20 @@ class DriveRates:
         Its words.
     axes : tuple of AwrAxis
         What the drives move.
+    beside : Attended
+        Who stands beside a drive that goes at a rate of ours.
+    proof : Proof
+        Whether rates are known at any postscaler.
     """
 
-    def __init__(self, unit: Unit, words: Words, axes: tuple[AwrAxis, AwrAxis]) -> None:
+    def __init__(
+        self, unit: Unit, words: Words, axes: tuple[AwrAxis, AwrAxis], beside: Attended, proof: Proof
+    ) -> None:
         self._unit = unit
         self._words = words
         self._axes = axes
+        self._beside = beside
+        self._proof = proof
         self._doubts: dict[int, tuple[float, list[float]]] = {}  # since when by axis, and rates that may be in force
         self._held = False  # by the override: neither goes, whatever the words say
         self.resting = False
@@ -83,7 +93,8 @@ class DriveRates:
     def as_the_words_say(self, time: float | None = None) -> None:
         """The words are others than they were: both axes go on at what they say from a time on, else from now."""
         since = self._unit.now() if time is None else time
-        for axis, rate in zip(self._axes, self._words.speeds.drives, strict=True):
+        for axis, play, rate in zip(self._axes, self._words.plays, self._words.speeds.drives, strict=True):
+            axis.has(play, since)
             self._goes(axis, rate, since)
 
     def held(self, time: float, *, stopped: bool) -> None:
@@ -106,13 +117,17 @@ class DriveRates:
             return
         index, asked = DRIVES.index(name), self._unit.now()
         counts, flags = self._words.speeds.drive_words(index)
-        new = RateWords(value, flags) if register.is_counts else RateWords(counts, Flags.of(value))
+        new = self._words.speeds.of(
+            RateWords(value, flags) if register.is_counts else RateWords(counts, Flags.of(value))
+        )
+        self._before(new)
         try:
             heard = self._words.soft_write(register, value)
         except (TransportError, DriveError):
-            self._doubt(index, asked, self._words.speeds.of(new))
+            self._doubt(index, asked, new)
             raise
         self._goes(self._axes[index], self._words.speeds.drives[index], heard, asked)
+        self._after()
 
     def discard(self) -> None:
         """Have all soft writes forgotten: both axes go on at what the non-volatile words say.
@@ -150,10 +165,12 @@ class DriveRates:
             axis.known(here.counts, now, here.uncertainty + spread)
             self._goes(axis, actual, now)
             del self._doubts[index]
+        self._after()
 
     def _write(self, index: int, words: RateWords) -> None:
         axis, asked = self._axes[index], self._unit.now()
         new = self._words.speeds.of(words)
+        self._before(new)
         try:
             for went, since in self._words.drive_at(index, words):
                 self._goes(axis, self._words.speeds.of(went), since, asked)
@@ -161,6 +178,16 @@ class DriveRates:
         except (TransportError, DriveError):
             self._doubt(index, asked, new)
             raise
+        self._after()
+
+    def _before(self, rate: float) -> None:
+        """Nothing ends a drive when this program is gone but who stands beside it."""
+        if rate:
+            self._beside.drives_go()
+
+    def _after(self) -> None:
+        if not self._doubts and not any(self._words.speeds.drives):
+            self._beside.drives_rest()
 
     def _doubt(self, index: int, since: float, new: float) -> None:
         self._doubts.setdefault(index, (since, []))[1].extend((self._axes[index].rate, new))
@@ -169,7 +196,8 @@ class DriveRates:
         """An axis goes at a rate from a time on; where that was asked for more than once, maybe since the first."""
         going = 0.0 if self._held else rate
         late = time - asked
-        if late > PACKET_S + 2.0 * self._unit.delay_s and going != axis.rate:
+        if late > self._unit.timeout_s + 2.0 * self._unit.delay_s and going != axis.rate:
             here = axis.at(time)
             axis.known(here.counts, time, here.uncertainty + abs(going - axis.rate) * late)
-        axis.drives_at(going, time)
+        unsure = 0.0 if self._proof.scaled else self._words.speeds.unsure(self._words.speeds.drive_words(axis.index))
+        axis.drives_at(going, time, unsure if going else 0.0)

@@ -1,5 +1,6 @@
 """A target followed by the drives alone, with no key pressed."""
 
+import math
 from collections.abc import Sequence
 
 from mounts.awr.parts import Parts
@@ -44,7 +45,8 @@ def follow(parts: Parts, path: AxisPath, time: float) -> float:
     most = _CLOSING * parts.settings.sidereal_steps_per_s
     rates = []
     for axis, (there, rate) in zip(parts.axes, ahead, strict=True):
-        closing = (there - axis.at(now).counts) / FOLLOW_S - rate
+        slack = math.copysign(1.0, rate) * axis.play.slack(axis.side(now), rate) if rate else 0.0
+        closing = (there - axis.at(now).counts + slack) / FOLLOW_S - rate
         rates.append(rate + min(max(closing, -most), most))
     parts.drives.go(rates)
     return FOLLOW_S - (parts.unit.now() - now)

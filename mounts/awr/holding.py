@@ -7,31 +7,28 @@ released at once.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.axis import AwrAxis
-from mounts.awr.beside import Beside
+from mounts.awr.beside import Attended
 from mounts.awr.cascade import Press, Stage
 from mounts.awr.commands import Speed
+from mounts.awr.held import TOLD_S, Held
 from mounts.awr.messages import Backlash, Event, Moving
 from mounts.awr.punctuality import Punctuality
 from mounts.awr.uncertainty import Jitter
-from mounts.awr.unit import Happened, Unit
-from mounts.errors import DriveError, DriveRefused
+from mounts.awr.unit import Happened, Heard, Unit
+from mounts.errors import DriveError
 from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
-_TOLD_S = 0.25  # after its time in which an event must have come
 _TRIAL_S = 5.0  # longer that the end of a motion is waited for whose ramps are to be found out
-_STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
-_SIGMAS, _EARLY_S = 5.0, 0.01
 _INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
 _USUAL_S = 0.02  # from hearing a key to its acting
 _FEW = 4  # keys of which that must be known before an event that comes otherwise is another's
-_LATEST_S = 0.08  # likewise, so that the event of a key is seen at once
 LOST = (
     "the unit did not tell when axis {} {} its motion, so nobody knows where it is; check the line, then `sync` on a "
     "known star"
@@ -44,21 +41,6 @@ FOREIGN = (
     "axis {} moved with no key of this program pressed: the hand box, or a garbled command; its keys were released. "
     "`sync` on a known star"
 )
-
-
-@dataclass
-class _Held:
-    """A key of a stage."""
-
-    press: Press
-    pressed: float = math.nan  # POSIX seconds at which it was heard
-    released: float = math.nan
-    began: Happened | None = None
-
-    @property
-    def told_s(self) -> float:
-        """Seconds after its time in which the end of its motion must be told, be its ramps slower than thought."""
-        return _TOLD_S + 2.0 * self.press.key.climb_s
 
 
 class Trial(NamedTuple):
@@ -75,7 +57,7 @@ class Holding:
     ----------
     unit : Unit
         The unit.
-    beside : Beside
+    beside : Attended
         Who stands beside a key that is held.
     axes : tuple of AwrAxis
         What the keys move.
@@ -88,7 +70,7 @@ class Holding:
     def __init__(
         self,
         unit: Unit,
-        beside: Beside,
+        beside: Attended,
         axes: tuple[AwrAxis, AwrAxis],
         jitter: Jitter,
         lose: Callable[[str], None],
@@ -106,14 +88,21 @@ class Holding:
         """Seconds from hearing a key to its acting, as learnt."""
         self.trials: list[Trial] | None = None
         """What motions lasted, while it is found out what they should; None in all else."""
-        self._held: dict[int, _Held] = {}
+        self._held: dict[int, Held] = {}
         self._due: list[tuple[float, int, bool]] = []
         self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
-        self._suspect = (0, -math.inf)  # an axis whose key was perhaps heard, and until when that would be told
+        self._suspect = (
+            0,
+            -math.inf,
+            0.0,
+        )  # an axis whose key was perhaps heard, until when, its way
         self.unheard: int | None = None
         """The axis of a key of this stage that was not heard."""
         self.moving = (False, False)
         """What the unit told last."""
+        self._told_at = -math.inf  # POSIX seconds
+        self.unproven = False
+        """An axis is reckoned by its key alone, and nobody has seen that the unit had power meanwhile."""
 
     @property
     def known_delay_s(self) -> float | None:
@@ -125,9 +114,31 @@ class Holding:
         self.delay_s, self._delays = delay_s, _FEW
 
     @property
+    def _news_s(self) -> float:
+        """Seconds after its time in which an event must have come, from where the unit is."""
+        return TOLD_S + self._unit.delay_s
+
+    @property
     def busy(self) -> bool:
         """Whether a key is held, or its motion not over yet."""
         return bool(self._held)
+
+    def doubt(self, axis: int) -> float:
+        """Steps within which an axis is of where its key should have brought it by now, in 95 of 100 cases."""
+        held, (suspected, until, way) = self._held.get(axis), self._suspect
+        if axis == suspected and self._unit.now() < until:
+            return way
+        if held is None or not held.is_pressed:
+            return 0.0
+        return held.doubt(self.punctuality.jitter)
+
+    def stood(self) -> None:
+        """The unit stopped everything at once, and tells no end of what moved."""
+        self.moving = (False, False)
+
+    def free_for(self, seconds: float) -> bool:
+        """Whether no key is to be pressed or released so soon, and no event of theirs is awaited."""
+        return self._until(seconds) is None
 
     def slewing(self, axis: int) -> bool:
         """Whether a key moves an axis."""
@@ -148,7 +159,7 @@ class Holding:
         self.choose(stage.speed)
         first = self._unit.now() + self._unit.key_s
         self._due = [(first + at, axis, down) for at, axis, down in stage.commands]
-        self._held = {axis: _Held(press) for axis, press in enumerate(stage.presses) if press}
+        self._held = {axis: Held(press) for axis, press in enumerate(stage.presses) if press}
         self.look(0.0)
         return first + self.delay_s
 
@@ -183,34 +194,71 @@ class Holding:
                 self.let_go()
             raise
 
-    def _unheard(self, axis: int) -> None:
+    def _unheard(self, axis: int, since: float) -> None:
         """Neither an answer nor a motion was told of a key: it was not heard, unless an end of its motion is told."""
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self.unheard = axis
         self._unit.release((axis,))
         self._rest()
-        self._suspect = axis, self._unit.now() + held.press.key.climb_s + _TOLD_S
+        now = self._unit.now()
+        way = abs(held.press.key.way(now - since))
+        self._suspect = axis, now + held.press.key.climb_s + self._news_s, way
 
     def _until(self, soon_s: float) -> float | None:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
         soon = self._unit.now() + soon_s
         dues = [due for due, _, _ in self._due[:1] if due <= soon]
         for held in self._held.values():
-            if held.began is None and not math.isnan(held.pressed):
-                dues.append(held.pressed + self.delay_s + _TOLD_S)
-            elif not math.isnan(held.released) and self._ends(held) <= soon:
-                dues.append(self._ends(held) + self._told_s(held))
+            if held.is_released:
+                if held.ends(self.delay_s) <= soon:
+                    dues.append(self._over(held))
+            elif held.is_pressed and not held.is_seen:
+                dues.append(held.pressed.last + self.delay_s + self._news_s)
         return min(dues, default=None)
 
     def _overdue(self) -> None:
-        """What was not told in time is lost."""
+        """What was not told in time is lost: a motion that was seen is known by its key, another by nothing."""
         now = self._unit.now()
         for axis, held in list(self._held.items()):
-            if held.began is None and now >= held.pressed + self.delay_s + _TOLD_S:
-                self._lost(axis, "began")
-            elif now >= self._ends(held) + self._told_s(held):
-                self._lost(axis, "ended")
+            if held.is_released:
+                if now >= self._over(held):
+                    self._unended(axis, held)
+            elif not held.is_seen and now >= held.pressed.last + self.delay_s + self._news_s:
+                self._cut_short(axis, held)
+
+    def _over(self, held: Held) -> float:
+        """When the end of a motion must have been told: at first so that its key is released again, then for good."""
+        ends = held.ends(self.delay_s)
+        if math.isnan(held.again.last):
+            return ends + held.strange_s(self.punctuality.jitter) + self._unit.delay_s
+        return max(ends, held.again.last + self.delay_s + held.press.key.climb_s) + self._told_s(held)
+
+    def _unended(self, axis: int, held: Held) -> None:
+        """Nothing tells that an axis stands whose key was released: one that was damaged may be answered as well."""
+        if math.isnan(held.again.last):
+            self._unit.release((axis,))
+            held.again = self._unit.heard
+        elif not held.is_seen:
+            self._lost(axis, "began")
+        elif self.moving[axis] and self._told_at > held.ends(self.delay_s) + held.strange_s(self.punctuality.jitter):
+            self._lost(axis, "ended")
+        else:
+            self._by_its_key(axis, held)
+
+    def _cut_short(self, axis: int, held: Held) -> None:
+        """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
+        self._due = [each for each in self._due if each[1] != axis]
+        if 1 - axis not in self._held:
+            self._unit.release((1 - axis,))
+        self._release(axis, held)
+        held.again, held.press = held.released, replace(held.press, hold=held.hold)
+        self._axes[axis].pressed(held.press, held.pressed.first + self.delay_s)
+
+    def _release(self, axis: int, held: Held) -> None:
+        self._unit.release((axis,))
+        held.released = self._unit.heard
+        self._rest()
 
     def _do(self, due: float, axis: int, down: bool) -> None:
         if not down:
@@ -222,8 +270,7 @@ class Holding:
         if down:
             self._press(axis, held)
         else:
-            held.released = self._unit.release((axis,))
-            self._rest()
+            self._release(axis, held)
         self._listen(self._unit.now())
 
     def _rest(self) -> None:
@@ -231,26 +278,22 @@ class Holding:
         if not any(not pressed for _, _, pressed in self._due):
             self._beside.rest()
 
-    def _press(self, axis: int, held: _Held) -> None:
+    def _press(self, axis: int, held: Held) -> None:
         body = commands.PRESSES[axis, held.press.sign]
         heard = self._unit.now() + self._unit.key_s
         try:
             heard = self._unit.key(body)
         except NoAnswer:
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
-                self._unheard(axis)
+                self._unheard(axis, heard)
                 return
-        held.pressed = heard
+            held.pressed = Heard(heard, self._unit.now())
+        else:
+            held.pressed = self._unit.heard
         self._axes[axis].pressed(held.press, heard + self.delay_s)
 
-    def _told_s(self, held: _Held) -> float:
-        return held.told_s + (_TRIAL_S if self.trials is not None else 0.0)
-
-    def _ends(self, held: _Held) -> float:
-        """When a motion is over that was released."""
-        began = held.pressed + self.delay_s if held.began is None else held.began.time
-        hold = held.released + self.delay_s - began
-        return began + held.press.duration + max(0.0, hold - held.press.hold)
+    def _told_s(self, held: Held) -> float:
+        return held.told_s + self._unit.delay_s + (_TRIAL_S if self.trials is not None else 0.0)
 
     # What is told ----------------------------------------------------------------------------------------------
 
@@ -262,58 +305,81 @@ class Holding:
         """Act on what the unit told of motion."""
         for each in happened:
             if isinstance(each.event, Moving):
-                self._compare(each)
+                changed, held = self._changed(each.event, each.time), set(self._held)
                 for axis, moves in enumerate(each.event.axes):
-                    self._told(axis, each, moves=moves)
+                    self._told(axis, each, moves=moves, alone=not changed - {axis})
+                    if changed == {axis} and axis not in held and not moves:
+                        self._lose(LOST.format(axis + 1, "ended"))  # it went on until now
 
-    def _compare(self, each: Happened) -> None:
-        """Each change is told by an event of its own: one that tells of two, or of none, shows that one was lost."""
-        assert isinstance(each.event, Moving)  # noqa: S101 - as whoever calls has seen
-        changed = [axis for axis in (0, 1) if each.event.axes[axis] != self.moving[axis]]
-        suspected, until = self._suspect
-        if len(changed) > 1 and self._held:
-            self._lose(LOST.format(changed[0] + 1, "began" if each.event.axes[0] else "ended"))
-        elif not changed and each.time < until:
+    def _changed(self, event: Moving, time: float) -> set[int]:
+        """The axes of which an event tells otherwise than the one before; each change has an event of its own."""
+        changed = {axis for axis in (0, 1) if event.axes[axis] != self.moving[axis]}
+        suspected, until, _ = self._suspect
+        if not changed and time < until:
             self._lose(LOST.format(suspected + 1, "began"))
-        self.moving = each.event.axes
+        self.moving, self._told_at = event.axes, time
+        return changed
 
-    def _told(self, axis: int, each: Happened, *, moves: bool) -> None:
+    def _told(self, axis: int, each: Happened, *, moves: bool, alone: bool) -> None:
+        """An event tells of an axis, of which alone it tells something new or not."""
         held = self._held.get(axis)
-        if held is not None:
-            each = self._when(axis, held.press, each, moves=moves)
         if held is None:
             if moves:
                 self._foreign(axis)
-        elif moves and held.began is None:
-            held.began = each
-            late = each.time - held.pressed - self.delay_s
-            jitter = self.punctuality.jitter
-            most = _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S
-            if not abs(late) <= (most if self._delays >= _FEW else _TOLD_S):
-                self._lost(axis, "began")  # this event is another's, or damaged: no key was pressed
-            else:
+            return
+        each = self._when(axis, held.press, each, moves=moves)
+        if moves:
+            if not held.is_seen:
+                self._moves(axis, held, each, alone=alone)
+        elif held.began is not None:
+            self._stands(axis, held, each, alone=alone)
+        elif held.is_released and (held.moves or alone):
+            fits = held.fits_end(each.time, self.punctuality.jitter, self.delay_s)
+            if fits or (held.moves and each.time > held.ends(self.delay_s)):
+                self._by_its_key(axis, held)
+
+    def _moves(self, axis: int, held: Held, each: Happened, *, alone: bool) -> None:
+        """It is told that an axis moves whose key was pressed or is going to be."""
+        unsure, other = self._delays < _FEW, self._held.get(1 - axis)
+        off = held.begins(each.time, self.punctuality.jitter, self.delay_s, unsure=unsure)
+        if not held.is_pressed or off < 0.0:
+            self._lost(axis, "began")  # another's key moves it
+        elif off > 0.0 or not (alone or other is None or held.pressed.first > other.pressed.first):
+            held.moves = True  # its own event was lost, and this is of the other axis
+        else:
+            held.began, late = each, each.time - held.pressed.first - self.delay_s
+            held.early_s = max(0.0, late) if unsure else 0.0
+            if held.pressed.last == held.pressed.first:
                 self._delays += 1
-                self.delay_s += max(_LEARNT, 1.0 / self._delays) * (each.time - held.pressed - self.delay_s)
-                self._axes[axis].began(each.time)
-        elif not moves and held.began is not None:
-            duration, hold = each.time - held.began.time, held.released - held.pressed
-            jitter, planned = self.punctuality.jitter, replace(held.press, hold=hold).duration
-            if self.trials is not None:
-                self.trials.append(Trial(duration, hold))
-                self._axes[axis].ended(held.press.planned(jitter), each.time)
-                del self._held[axis]
-                return
-            strange = _STRANGE_S + _SIGMAS * jitter.late_s(held.press.key, hold)
-            if math.isnan(hold) or abs(duration - planned) > strange:
-                self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
-                return
-            self.punctuality.heard(held.press, hold, duration)
-            way = held.press.measured(jitter, duration, hold)
+                self.delay_s += max(_LEARNT, 1.0 / self._delays) * late
+            self._axes[axis].began(each.time)
+
+    def _stands(self, axis: int, held: Held, each: Happened, *, alone: bool) -> None:
+        """It is told that an axis stands again whose motion began."""
+        assert held.began is not None  # noqa: S101 - as whoever calls has seen
+        duration, jitter = each.time - held.began.time, self.punctuality.jitter
+        if self.trials is not None:
+            self.trials.append(Trial(duration, held.hold))
+            self._axes[axis].ended(held.press.planned(jitter), each.time)
+            del self._held[axis]
+            return
+        off = held.lasts_otherwise(duration, jitter)
+        if off > 0.0 and not alone:
+            self._by_its_key(axis, held)  # its own event was lost, and this is of the other axis
+        elif off != 0.0:
+            self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
+        else:
+            self.punctuality.heard(held.press, held.hold, duration)
+            way = held.measured(duration, jitter)
             doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
-        elif not moves and each.time > held.released + self.delay_s + _LATEST_S:
-            self._lost(axis, "began")
+
+    def _by_its_key(self, axis: int, held: Held) -> None:
+        """A motion is over of which one event was lost: it went as far as its key was held."""
+        self._axes[axis].ended(held.planned(self.punctuality.jitter), self._unit.now())
+        self.unproven = True
+        del self._held[axis]
 
     def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:
         """An event that may have waited for the line, at the moment that a blip of its axis tells where there is one.
@@ -332,19 +398,20 @@ class Holding:
         return each
 
     def _lost(self, axis: int, what: str, why: str = "") -> None:
-        held = self._held.pop(axis)
+        held, self.speed = self._held.pop(axis), None  # which one is in force is no surer than what moved
         self._due = [each for each in self._due if each[1] != axis]
         self._unit.release((axis,))
         self._rest()
         now = self._unit.now()
         here = self._axes[axis].at(now)
-        since = 0.0 if math.isnan(held.pressed) else now - held.pressed
+        since = now - held.pressed.first if held.is_pressed else 0.0
         most = abs(held.press.key.rate) * (min(held.press.duration, since) + held.told_s)
         self._axes[axis].known(here.counts, now, here.uncertainty + most)
         self._lose(why or LOST.format(axis + 1, what))
 
     def _foreign(self, axis: int) -> None:
         """Something else moves an axis."""
+        self.speed = None
         self._lose(FOREIGN.format(axis + 1))
         self._unit.release((axis,))
 
@@ -355,13 +422,13 @@ class Holding:
         self._due.clear()
         self._must_release = True
         for axis, held in list(self._held.items()):
-            if math.isnan(held.pressed):
+            if not held.is_pressed:
                 del self._held[axis]
-        heard = self._unit.release()
+        self._unit.release()
         self._must_release = False
         self._beside.rest()
         for held in self._held.values():
-            held.released = heard if math.isnan(held.released) else held.released
+            held.released = held.released if held.is_released else self._unit.heard
 
     def halt(self) -> None:
         """Release all keys and wait until their motions have ended.
@@ -375,19 +442,7 @@ class Holding:
         self.let_go()
         for axis, held in self._held.items():
             began = now if held.began is None else held.began.time
-            short = Press(held.press.key, max(0.0, now - began), 0.0, held.press.blip_s)
+            short = Press(held.press.key, max(0.0, now - began))
             held.press = short
             self._axes[axis].press = short
         self.look(math.inf)
-
-    def require_hearing(self) -> None:
-        """The dead-man process lives, and no key is refused.
-
-        Raises
-        ------
-        DriveRefused
-            It does not; all keys were released.
-        """
-        if fate := self._beside.fate:
-            self.let_go()
-            raise DriveRefused(f"the keys were released: {fate}")

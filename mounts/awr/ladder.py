@@ -122,6 +122,14 @@ class Ladder:
                 "`clockdrive drive show`"
             )
 
+    def __hash__(self) -> int:
+        """That of its parts, found once: tables of times are kept by the ladder, and looked up for every duration."""
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.rungs, self.jitter, self.exchange_s, self.notice_s, self.guide))
+
     @cached_property
     def guide_steps(self) -> tuple[float, float]:
         """Motor steps of a press of 0.1 s at GUIDE speed, of each axis."""

@@ -27,7 +27,7 @@ def _lines(parts: Parts) -> dict[str, str]:
             rows[f"relay_{number}"] = "on" if status.relays >> number - 1 & 1 else "off"
         rows["override"] = "stopped" if status.override else "clear"
     if parts.supervision.lines is not None:
-        rows["lines_high"] = parts.supervision.lines.high or "none"
+        rows["input_lines"] = parts.supervision.lines.said.removeprefix("input lines: ")
     if parts.supervision.index is not None:
         when, where = parts.supervision.index
         rows["index"] = f"{parts.unit.now() - when:.1f} s ago at {where:.1f} steps"

@@ -7,15 +7,12 @@ its first key: where a program ended in between, nobody knows how far it went.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import cast
 
-NEVER = "the position of this drive was never synchronised; `sync` on a known star"
-UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
-REINTERPRETED = (
-    "calibration, steps per degree, centre, sense, mount type or site were configured anew since the last sync, so "
-    "counts mean other places; `sync` on a known star"
-)
+from mounts.remembered import NEVER, number, recalled, reinterpreted, text
+
+REINTERPRETED = reinterpreted("calibration, steps per degree")
 UNENDED = "the program ended while keys moved the telescope, and nobody knows how far; `sync` on a known star"
 
 
@@ -26,7 +23,7 @@ class KeptAxis:
     counts: float
     uncertainty: float
     rate: float = 0.0
-    turned: int = 0
+    side: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -36,6 +33,10 @@ class Shown:
     assumed: str = ""
     axes: tuple[bool, bool] = (False, False)
     led: tuple[float, float] = (0.0, 0.0)
+    referenced: bool = False
+    """It was seen what the rates of GUIDE and CENTRE count from."""
+    scaled: bool = False
+    """The postscaler was seen to divide as assumed."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,10 @@ class Kept:
 
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
-        kept = asdict(self)
-        return kept | {
+        return vars(self) | {
             "time": None if math.isinf(self.time) else self.time,
-            "axes": [asdict(a) for a in self.axes],
+            "axes": [dict(vars(axis)) for axis in self.axes],
+            "shown": dict(vars(self.shown)),
             "ram": {str(address): value for address, value in self.ram.items()},
             "written": {str(address): value for address, value in self.written.items()},
         }
@@ -71,12 +72,9 @@ class Kept:
     @classmethod
     def of(cls, memory: Mapping[str, object], meaning: str) -> "Kept":
         """What was stored, judged: unsynchronised where it is nothing, broken, or of another telescope."""
-        if not memory:
-            return cls(meaning=meaning)
-        try:
-            found = _read(memory)
-        except (KeyError, TypeError, ValueError):
-            return cls(unsynchronised=UNREADABLE, meaning=meaning)
+        found, why = recalled(memory, _read)
+        if found is None:
+            return cls(unsynchronised=why, meaning=meaning)
         why = found.unsynchronised
         if not why and found.moving:
             why = UNENDED
@@ -85,9 +83,15 @@ class Kept:
         return replace(found, unsynchronised=why, moving=False, meaning=meaning)
 
 
-def at_park(counts: Sequence[float], time: float, meaning: str, shown: Shown | None = None) -> dict[str, object]:
-    """What a driver remembers that has left its telescope at rest somewhere, synchronised."""
-    one, two = (KeptAxis(float(each), 0.0) for each in counts)
+def at_park(
+    counts: Sequence[float],
+    time: float,
+    meaning: str,
+    shown: Shown | None = None,
+    sides: tuple[float, float] = (1.0, 1.0),
+) -> dict[str, object]:
+    """What a driver remembers that has left its telescope at rest somewhere, synchronised, each motor at a side."""
+    one, two = (KeptAxis(float(each), 0.0, side=side) for each, side in zip(counts, sides, strict=True))
     return Kept("", time, (one, two), meaning=meaning, shown=shown or Shown()).as_json()
 
 
@@ -95,16 +99,16 @@ def _read(memory: Mapping[str, object]) -> Kept:
     one, two = (_axis(cast("Mapping[str, object]", kept)) for kept in cast("Sequence[object]", memory["axes"]))
     index = cast("Sequence[object] | None", memory["index"])
     return Kept(
-        unsynchronised=_text(memory["unsynchronised"]),
-        time=-math.inf if memory["time"] is None else _number(memory["time"]),
+        unsynchronised=text(memory["unsynchronised"]),
+        time=-math.inf if memory["time"] is None else number(memory["time"]),
         axes=(one, two),
         moving=memory["moving"] is True,
         cookie=_whole(memory["cookie"]),
         directions=_whole(memory["directions"]),
         calibration=_whole(memory["calibration"]),
-        delay_s=None if memory["delay_s"] is None else _number(memory["delay_s"]),
-        index=None if index is None else (_number(index[0]), _number(index[1])),
-        meaning=_text(memory["meaning"]),
+        delay_s=None if memory["delay_s"] is None else number(memory["delay_s"]),
+        index=None if index is None else (number(index[0]), number(index[1])),
+        meaning=text(memory["meaning"]),
         ram=_words(memory.get("ram", {})),
         written=_words(memory.get("written", {})),
         shown=_shown(memory["shown"]) if "shown" in memory else Shown(),
@@ -114,30 +118,24 @@ def _read(memory: Mapping[str, object]) -> Kept:
 def _shown(stored: object) -> Shown:
     kept = cast("Mapping[str, object]", stored)
     axes, led = (cast("Sequence[object]", kept[name]) for name in ("axes", "led"))
-    return Shown(_text(kept["assumed"]), (axes[0] is True, axes[1] is True), (_number(led[0]), _number(led[1])))
+    return Shown(
+        text(kept["assumed"]),
+        (axes[0] is True, axes[1] is True),
+        (number(led[0]), number(led[1])),
+        kept.get("referenced") is True,
+        kept.get("scaled") is True,
+    )
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:
     return KeptAxis(
-        _number(kept["counts"]), _number(kept["uncertainty"]), _number(kept["rate"]), int(_number(kept["turned"]))
+        number(kept["counts"]), number(kept["uncertainty"]), number(kept["rate"]), number(kept.get("side", 0.0))
     )
 
 
 def _words(kept: object) -> dict[int, int]:
-    return {int(address): int(_number(value)) for address, value in cast("Mapping[str, object]", kept).items()}
+    return {int(address): int(number(value)) for address, value in cast("Mapping[str, object]", kept).items()}
 
 
 def _whole(stored: object) -> int | None:
-    return None if stored is None else int(_number(stored))
-
-
-def _number(stored: object) -> float:
-    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
-        raise TypeError(stored)
-    return float(stored)
-
-
-def _text(stored: object) -> str:
-    if not isinstance(stored, str):
-        raise TypeError(stored)
-    return stored
+    return None if stored is None else int(number(stored))

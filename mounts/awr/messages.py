@@ -163,9 +163,12 @@ class Lines:
     levels: tuple[bool, bool, bool, bool, bool, bool]
 
     @property
-    def high(self) -> str:
-        """Letters of the lines that are high."""
-        return "".join(letter for letter, level in zip("ABCDEF", self.levels, strict=True) if level)
+    def said(self) -> str:
+        """As a person reads it."""
+        states = (
+            f"{letter} {'high' if level else 'low'}" for letter, level in zip("ABCDEF", self.levels, strict=True)
+        )
+        return f"input lines: {', '.join(states)}"
 
     @property
     def text(self) -> str:

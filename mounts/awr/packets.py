@@ -40,12 +40,16 @@ class Packets:
         self._line = bytearray()
         self._may_stop = False
 
-    def feed(self, data: bytes, time: float) -> list[Packet]:
-        """Take bytes, the last of which was there at POSIX `time`; return the packets that are whole."""
+    def feed(self, data: bytes, time: float, unheard_s: float = 0.0) -> list[Packet]:
+        """Take bytes, the last of which was there at POSIX `time`; return the packets that are whole.
+
+        Where nobody listened for a while before, they may have come so much earlier, with no gap to those before.
+        """
         found = []
         for i, byte in enumerate(data):
             at = time - (len(data) - 1 - i) * self.byte_s
-            if at - self._last > 1.5 * self.byte_s:
+            idle = self._body is None  # within a packet a gap means that the line was held up
+            if idle and at - unheard_s - self._last > 1.5 * self.byte_s:
                 self._busy_since = at
             self._last = at
             packet = self._take(byte, at)

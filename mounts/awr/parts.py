@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from mounts.awr.axis import AwrAxis
-from mounts.awr.beside import Beside, Guardian
+from mounts.awr.beside import Attended
 from mounts.awr.drive_rates import DriveRates
 from mounts.awr.holding import Holding
 from mounts.awr.memory import Kept
@@ -16,6 +16,9 @@ from mounts.awr.settings import AwrSettings
 from mounts.awr.supervision import Supervision
 from mounts.awr.unit import Unit
 from mounts.awr.words import Words
+from mounts.beside import Guardian
+
+_COUNTED = frozenset({"guide", "centre"})  # speeds that are rates: of the motor, or beyond its drive
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class Parts:
     axes: tuple[AwrAxis, AwrAxis]
     words: Words
     supervision: Supervision
-    beside: Beside
+    beside: Attended
     keys: Holding
     drives: DriveRates
     pace: Pace
@@ -52,14 +55,16 @@ class Parts:
         words = Words(unit, settings)
         words.ram = dict(kept.ram)
         supervision = Supervision(
-            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.last_rate, kept.index
+            kept.unsynchronised, lambda time: one.at(time).counts, lambda: words.undivided, kept.index
         )
-        beside, proof = Beside(unit, guardian), Proof(settings, kept)
+        beside, proof = Attended(unit, guardian), Proof(settings, kept)
         keys = Holding(unit, beside, axes, settings.jitter, supervision.lose)
         if kept.delay_s is not None:
             keys.remember_delay(kept.delay_s)
+        one.unsure = lambda: 0.0 if proof.referenced or keys.speed not in _COUNTED else abs(one.rate)
         for axis in axes:
             axis.led = partial(proof.led, axis.index)
+        supervision.lost = lambda: _forget_sides(axes)
         return cls(
             unit=unit,
             settings=settings,
@@ -69,17 +74,22 @@ class Parts:
             supervision=supervision,
             beside=beside,
             keys=keys,
-            drives=DriveRates(unit, words, axes),
+            drives=DriveRates(unit, words, axes, beside, proof),
             pace=Pace(unit, words, settings),
             proof=proof,
             remember=remember,
         )
 
 
+def _forget_sides(axes: tuple[AwrAxis, AwrAxis]) -> None:
+    for axis in axes:
+        axis.forget_side()
+
+
 def _axes(kept: Kept, now: float) -> tuple[AwrAxis, AwrAxis]:
     """Where they were, and going on as they did."""
     seen = kept.time if math.isfinite(kept.time) else now
-    one, two = (AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.turned) for i, axis in enumerate(kept.axes))
+    one, two = (AwrAxis(i, axis.counts, seen, axis.uncertainty, axis.side) for i, axis in enumerate(kept.axes))
     for axis, was in zip((one, two), kept.axes, strict=True):
         axis.drives_at(was.rate, seen)
     return one, two

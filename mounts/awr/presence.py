@@ -5,10 +5,29 @@ import math
 from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
 from mounts.awr.registers import BY_NAME
-from mounts.awr.supervision import COMMITTED, RECALIBRATED, SWITCHED, TURNED_BACK, UNTOLD
+from mounts.awr.supervision import (
+    COMMITTED,
+    LOST_BY,
+    OTHERWISE,
+    OVERWRITTEN,
+    RECALIBRATED,
+    STATED,
+    SWITCHED,
+    TURNED_BACK,
+    UNTOLD,
+)
 from mounts.awr.unit import Happened
+from mounts.awr.words import BACKLASHES
 
-_COOKIE_EVERY_S = 10.0
+_COOKIE_EVERY_S = 2.0
+_OTHER_WORDS = (
+    "drive_ra holds {} counts at postscaler {}, otherwise than configured: give drive_ra_counts and "
+    "drive_ra_postscaler so in [drive], for `rates` to tell its registers"
+)
+_UNREFERENCED = (
+    'nobody has seen yet that rate_reference = "{}" is so, on which LEFT and RIGHT depend at GUIDE and CENTRE speed '
+    "while it tracks: what is stated of axis 1 covers the other, 15″ a second; `commission` finds it out"
+)
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
 
@@ -51,35 +70,65 @@ class Presence:
             parts.supervision.lose(_TURNED)
         if not lost and recalibrated:
             parts.supervision.lose(RECALIBRATED)
-        if not lost and kept.cookie is not None and not parts.words.tells_ram:
-            parts.supervision.lose(UNTOLD)
-        elif not lost and kept.cookie is not None and not parts.words.is_there(kept.cookie):
+        if not lost and kept.cookie is not None and not parts.words.is_there(kept.cookie):
             parts.supervision.lose(SWITCHED)
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
-        if math.isfinite(away) and away > 0.0 and not parts.supervision.unsynchronised and parts.axes[0].rate:
+
+    def doubt_drives(self, time: float) -> None:
+        """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
+
+        Called when its words are as they are to be; `time` is when it was connected. Where the unit tells what they
+        do now they may have done that all the while, as a dead-man process switches them off. Where it does not it
+        may have been switched off, and on, so that they go as they usually do.
+        """
+        parts, words = self._parts, self._parts.words
+        if parts.supervision.unsynchronised or parts.kept.cookie is None:
+            return
+        away = parts.unit.now() - parts.kept.time
+        if parts.axes[0].rate and parts.axes[0].rate == words.speeds.drives[0]:
             self.notes = (*self.notes, f"the drives went on for {away:.0f} s while no program looked")
+        why = OTHERWISE if words.tells_ram else UNTOLD
+        for axis, now, usual, near in zip(
+            parts.axes, words.speeds.drives, words.usual.drives, parts.settings.near, strict=True
+        ):
+            rates = {axis.rate, now} if words.tells_ram else {axis.rate, usual, 0.0}
+            astray = (max(rates) - min(rates)) * away
+            if astray > near:
+                parts.supervision.lose(f"{why.format(away)}: axis {axis.index + 1} {LOST_BY.format(astray)}")
+                return
+            here = axis.at(time)
+            axis.known(here.counts, time, here.uncertainty + astray)
+            if astray >= 1.0:
+                self.notes = (*self.notes, f"{why.format(away)}: axis {axis.index + 1} {STATED.format(astray)}")
 
     def bake(self) -> None:
-        """Give it a cookie.
+        """Give it a cookie, and have it take up the play as configured.
 
         Raises
         ------
         DriveRefused, TransportError
             It does not take it, or does not answer.
         """
+        if self._parts.words.take_up():
+            self._parts.drives.as_the_words_say()
         self.cookie = self._parts.words.bake()
         self._asked = self._parts.unit.now()
 
     def warn_of_words(self) -> None:
         """Note what is unusual about its words."""
         words = self._parts.words
-        plays = [name for name in ("ra_backlash", "dec_backlash") if words.lasting.get(BY_NAME[name].address)]
+        plays = [name for name in BACKLASHES if words.lasting.get(BY_NAME[name].address)]
         if plays:
             self.notes = (*self.notes, f"it takes up backlash by itself: {', '.join(plays)}")
+        held = words.sidereal
+        if any(here not in {None, unit} for here, unit in zip(self._parts.settings.drive_ra, held, strict=True)):
+            self.notes = (*self.notes, _OTHER_WORDS.format(*held))
         if wrong := words.usual.contradiction():
             self.notes = (*self.notes, wrong)
+        if not self._parts.proof.referenced:
+            self.notes = (*self.notes, _UNREFERENCED.format(self._parts.settings.rate_reference))
         if not words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self.notes = (*self.notes, said)
@@ -95,7 +144,7 @@ class Presence:
         status, supervision = self._parts.unit.status(), self._parts.supervision
         if status is None:
             return
-        supervision.relays = status.relays
+        supervision.switched(status.relays)
         if status.override != supervision.stopped:
             supervision.take([Happened(Override(stopped=status.override), time)])
             self._parts.drives.held(time, stopped=supervision.stopped)
@@ -115,6 +164,9 @@ class Presence:
         """
         words = self._parts.words
         self._asked = self._parts.unit.now()
+        for name, (now, was) in words.overwritten.items():
+            self._parts.supervision.note(OVERWRITTEN.format(name, now, was))
+        words.overwritten.clear()
         if words.was_committed():
             self._parts.supervision.note(COMMITTED)
         if self.cookie is None or words.is_there(self.cookie):
@@ -140,6 +192,7 @@ class Presence:
         for axis in parts.axes:
             here = axis.at(now)
             axis.known(here.counts, now, here.uncertainty)
+            axis.forget_side()
         parts.drives.as_the_words_say(now)
         parts.pace.forget()
         if parts.drives.resting:

@@ -13,7 +13,7 @@ from mounts.errors import DriveRefused
 
 _LEAST = 0.4  # of the farthest unconfirmed way, that a sync must follow to tell anything
 _AGREES = 0.05  # of the way by keys, by which a sync that confirms it may move the position
-_UNITS = "drive.frequency_unit"
+_UNITS, _REFERENCE, _POSTSCALER = "drive.frequency_unit", "drive.rate_reference", "drive.postscaler"
 _KEYS = ({_UNITS, "axis1.reversed"}, {_UNITS, "axis2.reversed", "axis2.steps_per_degree"})
 
 
@@ -34,10 +34,16 @@ class Proof:
         self._seen = list(shown.axes) if shown.assumed == settings.assumed else [False, False]
         self._led = list(shown.led) if shown.assumed == settings.assumed else [0.0, 0.0]
 
+        self.referenced = shown.referenced and shown.assumed == settings.assumed
+        """It was seen what the rates of GUIDE and CENTRE count from: by `commission`, as a sync is too coarse."""
+        self.scaled = shown.scaled and shown.assumed == settings.assumed
+        """The postscaler was seen to divide rates as configured."""
+
     @property
     def shown(self) -> Shown:
         """As it is remembered."""
-        return Shown(self._settings.assumed, (self._seen[0], self._seen[1]), (self._led[0], self._led[1]))
+        seen, led = (self._seen[0], self._seen[1]), (self._led[0], self._led[1])
+        return Shown(self._settings.assumed, seen, led, self.referenced, self.scaled)
 
     def led(self, axis: int, steps: float) -> None:
         """A key moved an axis."""
@@ -59,10 +65,12 @@ class Proof:
         """A commissioning has confirmed these keys of the configuration."""
         for axis, needed in enumerate(_KEYS):
             self._seen[axis] = self._seen[axis] or needed <= set(keys)
+        self.referenced = self.referenced or _REFERENCE in keys
+        self.scaled = self.scaled or _POSTSCALER in keys
 
     def void(self) -> None:
         """The words or senses of the unit were changed."""
-        self._seen, self._led = [False, False], [0.0, 0.0]
+        self._seen, self._led, self.scaled = [False, False], [0.0, 0.0], False
 
     def require(self, ways: Sequence[float]) -> None:
         """Refuse a goto by so many steps that leads farther than nobody has seen the keys lead.

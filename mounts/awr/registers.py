@@ -122,17 +122,29 @@ def by_name(name: str) -> Register:
     """
     if name in BY_NAME:
         return BY_NAME[name]
-    if len(name) == 2 and name.upper() != name:
-        raise AwrError(f"register {name}: hexadecimal digits are upper case here, {name.upper()}")
-    try:
-        found = BY_ADDRESS[int(name, 16)] if len(name) == 2 else None
-    except (ValueError, KeyError):
-        found = None
-    if found is None:
-        raise AwrError(
-            f"no register {name!r}; there are {', '.join(BY_NAME)}, or their addresses 00 to 1A, 3F and FF"
-        )
-    return found
+    digits = name.removeprefix("0x")
+    if not digits or set(digits.upper()) - set("0123456789ABCDEF"):
+        raise AwrError(f"no register {name!r}; there are {', '.join(BY_NAME)}, or addresses, 00 to 1A, 3F and FF")
+    if digits.upper() != digits:
+        raise AwrError(f"register {name}: hexadecimal digits are upper case here, {digits.upper()}")
+    return _at(int(digits, 16), name)
+
+
+def _at(address: int, name: str) -> Register:
+    """The register at an address, written so by a person."""
+    if len(name) == 2 and address in BY_ADDRESS:
+        return BY_ADDRESS[address]
+    plain = address & ~RAM
+    if address in NEVER_WRITTEN:
+        raise AwrError(f"{name} is never written: it is {BY_ADDRESS[plain].meaning}; {_WRITABLE}")
+    if plain in BY_ADDRESS and plain != address:
+        raise AwrError(f"register {name}: that is {plain:02X} with bit 7, which is added by itself; give {plain:02X}")
+    raise AwrError(
+        f"no register {name}: two digits as the manual has them, 00 to 1A, 3F or FF; `drive show` lists them all"
+    )
+
+
+_WRITABLE = "what may be written are 00 to 17, 19 and 1A"
 
 
 def checked(register: Register, value: int) -> int:
@@ -144,10 +156,7 @@ def checked(register: Register, value: int) -> int:
         It may not: this register never, or not this value.
     """
     if not register.writable:
-        raise AwrError(
-            f"{register.name} ({register.address:02X}) is never written: {register.meaning}; what may be written "
-            "are 00 to 17, 19 and 1A"
-        )
+        raise AwrError(f"{register.name} ({register.address:02X}) is never written: {register.meaning}; {_WRITABLE}")
     if not register.lowest <= value <= register.highest:
         raise AwrError(
             f"{register.name} ({register.address:02X}) = {value}: give {register.lowest} to {register.highest}"

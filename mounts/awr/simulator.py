@@ -46,7 +46,7 @@ class SimulatedAwr:
     t0 : float
         POSIX time at which it is switched on.
     positions : tuple of float
-        Steps at which the motors stand, LEFT and UP leading to larger ones.
+        Steps at which the axes stand, LEFT and UP leading to larger ones.
     """
 
     def __init__(self, settings: SimulatorSettings, t0: float, positions: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -65,7 +65,8 @@ class SimulatedAwr:
         self.stopped = False
         self.speed = "guide"
         self.keys = [0, 0]
-        self.axes = (MovingAxis(float(positions[0])), MovingAxis(float(positions[1])))
+        one, two = (MovingAxis.at(float(place), play) for place, play in zip(positions, settings.plays, strict=True))
+        self.axes = (one, two)
         self._missed = [0.0, 0.0]  # steps by which an axis is off its motor's, wired this way or that
         self._senses = [1, 1]
         self._due: list[tuple[float, int, str]] = []  # commands that were heard and have not acted
@@ -73,7 +74,7 @@ class SimulatedAwr:
         self._queue: deque[tuple[float, bytes]] = deque()  # what is to be said unasked
         self._moving = (False, False)
         counts, flags = self._rate_words(settings.words, "drive_ra")
-        self._per_count = settings.sidereal_steps_per_s * counts * max(1, flags >> wire.POSTSCALER_SHIFT)
+        self._per_count = settings.sidereal_steps_per_s * counts * self._divisor(flags)
         self._aim()
         for axis in self.axes:
             axis.velocity = axis.target
@@ -87,9 +88,19 @@ class SimulatedAwr:
         return (self,)
 
     @property
+    def plays(self) -> tuple[float, float]:
+        """Play of each axis, motor steps."""
+        return self.axes[0].play, self.axes[1].play
+
+    @property
     def version(self) -> int:
         """The VERSION word."""
         return int(f"{round(self.settings.firmware * 100):04d}", 16)
+
+    @property
+    def _stops(self) -> bool:
+        stop = self.settings.stop
+        return self.version >= _WITH_POLL if stop == "by firmware" else stop == "always"
 
     def receive(self, data: bytes, t: float) -> bytes:
         """Take bytes that arrived at POSIX `t`; return the answers."""
@@ -116,7 +127,7 @@ class SimulatedAwr:
 
     def _packet(self, text: str) -> bytes:
         debug = f"dbg {self._rng.randrange(999)}\r\n" if self._rng.random() < self.settings.debug else ""
-        return f"{wire.said(text, with_stop=self.version >= _WITH_POLL)}{debug}".encode("ascii")
+        return f"{wire.said(text, with_stop=self._stops)}{debug}".encode("ascii")
 
     def _say(self, text: str, late_s: float = 0.0) -> None:
         self._queue.extend(self._outward.carried(self._packet(text), self._now + late_s))
@@ -161,6 +172,8 @@ class SimulatedAwr:
             return wire.told(address, self.version)
         if address in self.lasting:
             return wire.told(address, self.lasting[address])
+        if self.settings.reads_plain and address & ~wire.SOFT in self.lasting:
+            return wire.told(address, self.lasting[address & ~wire.SOFT])
         if self.settings.reads_ram and address & ~wire.SOFT in self.ram:
             return wire.told(address, self.ram[address & ~wire.SOFT])
         return wire.NO
@@ -175,7 +188,7 @@ class SimulatedAwr:
         if plain in _COUNTS and value < _LEAST_COUNTS:
             self._say(wire.ERRORS["divide overflow" if value else "divide by zero"])
         self._aim()
-        return wire.written(address, ok=True)
+        return wire.written(address, ok=True, form=self.settings.write_answer)
 
     def _kept(self, *, commit: bool) -> str:
         """Commit all soft writes, or discard them."""
@@ -198,12 +211,16 @@ class SimulatedAwr:
         """Counts and flags of a rate."""
         return words[WORDS[name]], words[WORDS[name] + 1]
 
+    def _divisor(self, flags: int) -> int:
+        postscaler = flags >> wire.POSTSCALER_SHIFT
+        return postscaler + 1 if self.settings.postscaler == "plus-one" else max(1, postscaler)
+
     def _rate(self, name: str) -> float:
         """Steps a second of a rate, signed; of counts that cannot be divided by, none."""
         counts, flags = self._rate_words(self.ram, name)
         if not flags & wire.ENABLE or counts < _LEAST_COUNTS:
             return 0.0
-        rate = self._per_count / (counts * max(1, flags >> wire.POSTSCALER_SHIFT))
+        rate = self._per_count / (counts * self._divisor(flags))
         return rate if flags & wire.POSITIVE else -rate
 
     def _idle(self, axis: int) -> float:
@@ -236,7 +253,7 @@ class SimulatedAwr:
         """An axis whose direction sense is changed goes on from where it stands."""
         for i, axis in enumerate(self.axes):
             sense = self._sense(i)
-            self._missed[i] += (self._senses[i] - sense) * axis.position
+            self._missed[i] += (self._senses[i] - sense) * axis.place
             self._senses[i] = sense
 
     def _blip(self, index: int) -> None:
@@ -371,9 +388,9 @@ class SimulatedAwr:
     # What is true ----------------------------------------------------------------------------------------------
 
     def true_position(self, axis: int) -> float:
-        """Where the motor of axis 1 or 2 has brought it, steps, as LEFT and UP should lead to larger ones."""
+        """Where axis 1 or 2 is, steps of its motor, as LEFT and UP should lead to larger ones."""
         i = axis - 1
-        return self._senses[i] * self.axes[i].position + self._missed[i]
+        return self._senses[i] * self.axes[i].place + self._missed[i]
 
     def _sense(self, index: int) -> int:
         directions = self.ram[wire.DIRECTIONS]

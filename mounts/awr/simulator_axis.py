@@ -27,6 +27,10 @@ class MovingAxis:
         Of the last motion.
     blip, blip_rate : float
         Steps that a blip has still to make, signed, and at how many a second.
+    play : float
+        Steps of play in the gears between the motor and the axis.
+    place : float
+        Where the axis is, steps; it follows once the motor has crossed the gap.
     """
 
     position: float
@@ -36,6 +40,16 @@ class MovingAxis:
     direction: int = 1
     blip: float = 0.0
     blip_rate: float = 1.0
+    play: float = 0.0
+    place: float = math.nan
+
+    def __post_init__(self) -> None:
+        self._pull()
+
+    @classmethod
+    def at(cls, place: float, play: float) -> "MovingAxis":
+        """One that stands at a place to which its motor pushed it from below."""
+        return cls(place + play / 2.0, play=play, place=place)
 
     @property
     def steady(self) -> bool:
@@ -61,6 +75,12 @@ class MovingAxis:
         made = math.copysign(min(abs(self.blip), self.blip_rate * seconds), self.blip)
         self.position += made
         self.blip -= made
+        self._pull()
+
+    def _pull(self) -> None:
+        """Let the axis go along with the motor, where that has crossed the gap."""
+        low, high = self.position - self.play / 2.0, self.position + self.play / 2.0
+        self.place = self.position if math.isnan(self.place) else min(max(self.place, low), high)
 
     def turned(self) -> int:
         """The sense in which it moves, where it is another than of its last motion; else 0."""

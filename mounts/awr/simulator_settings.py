@@ -18,6 +18,8 @@ class SimulatorSettings:
         Steps a second, and a second squared, of one unit of those registers.
     rate_reference : str
         Whether guide and centre rates are those of the motor or on the sky.
+    postscaler : str
+        Whether a rate falls with its postscaler, 0 counting as 1, or with one more than that.
     words : dict
         Its non-volatile words by address.
     firmware : float
@@ -40,8 +42,16 @@ class SimulatorSettings:
         How likely a byte, either way, comes late with all that is behind it, and by how much.
     reads_ram : bool
         A read with bit 7 of the address tells the word in RAM; else it fails.
+    reads_plain : bool
+        A read with bit 7 of the address tells the non-volatile word.
+    write_answer : str
+        The form of the answer to a write.
+    stop : str
+        Whether what it says ends with STOP.
     worm_steps : float
         Motor steps of axis 1 for a turn of its worm, at which it tells an index pulse; 0: no sensor is fitted.
+    plays : tuple of float
+        Motor steps of play in the gears of each axis, which the words of backlash may take up.
     seed : int
         Of everything random in it.
     """
@@ -50,6 +60,7 @@ class SimulatorSettings:
     frequency_unit: float = 1.0
     acceleration_unit: float = 1.0
     rate_reference: Literal["motor", "sky"] = "motor"
+    postscaler: Literal["times", "plus-one"] = "times"
     words: dict[int, int] = field(default_factory=factory)
     firmware: float = 0.77
     sense1: int = 1
@@ -65,5 +76,9 @@ class SimulatorSettings:
     byte_delay: float = 0.0
     byte_delay_s: float = 0.05
     reads_ram: bool = True
+    reads_plain: bool = False
+    write_answer: Literal["AA?Y", "AAY"] = "AA?Y"
+    stop: Literal["by firmware", "always", "never"] = "by firmware"
     worm_steps: float = 0.0
+    plays: tuple[float, float] = (0.0, 0.0)
     seed: int = 1

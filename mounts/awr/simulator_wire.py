@@ -55,9 +55,9 @@ def told(address: int, value: int) -> str:
     return f"{address:02X}?{value:04X}"
 
 
-def written(address: int, *, ok: bool) -> str:
+def written(address: int, *, ok: bool, form: str = "AA?Y") -> str:
     """The answer to a write."""
-    return f"{address:02X}?Y" if ok else f"{address:02X}N"
+    return form.replace("AA", f"{address:02X}") if ok else f"{address:02X}N"
 
 
 def polled(relays: int, *, stopped: bool) -> str:

@@ -20,6 +20,7 @@ from mounts.awr.cascade import Cascade, Errors
 from mounts.awr.commands import Speed
 from mounts.awr.ladder import Ladder
 from mounts.awr.outlook import WITHIN, bound_of, overhead_of
+from mounts.awr.play import Play
 from mounts.awr.ramps import Key
 
 _SIGMAS = 3.5
@@ -99,12 +100,15 @@ class AwrSlewModel:
         The speeds where its drive is off, for targets slower than half of `tracks`.
     tracks : float
         Steps a second of the drive for which `ladder` is.
+    play : float
+        Motor steps of play that the unit does not take up.
     """
 
     ladder: Ladder
     axis: int
     resting: Ladder | None = None
     tracks: float = 0.0
+    play: float = 0.0
 
     @property
     def max_rate(self) -> float:
@@ -146,13 +150,21 @@ class AwrSlewModel:
 
     def _soonest(self, way: float, rate: float) -> tuple[float, Key | None]:
         """Seconds at most, and the key of the first press."""
-        best, chosen, ladder = math.inf, None, self.speeds(rate)
+        ladder = self.speeds(rate)
+        best, chosen = math.inf, None
         for rung, tail in zip(ladder.rungs, tails(ladder), strict=True):
             key = rung.key(self.axis, way)
             if key is not None:
                 seconds = key.duration(key.hold(way)) + tail
                 best, chosen = (seconds, key) if seconds < best else (best, chosen)
-        return best, chosen
+        return best + self._taking_up(rate), chosen
+
+    def _taking_up(self, rate: float) -> float:
+        """Seconds at most in which the play is taken up: by the drive, or turning round twice in the last stages."""
+        if self.play <= 0.0:
+            return 0.0
+        last = [abs(key.rate) for key in self.speeds(rate).rungs[1].keys[self.axis] if key]
+        return self.play / abs(rate) if Play(self.play).settles(rate) else 2.0 * self.play / min(last)
 
 
 @lru_cache(maxsize=32)

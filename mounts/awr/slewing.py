@@ -7,6 +7,7 @@ from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.following import require_slow
 from mounts.awr.parts import Parts
+from mounts.awr.supervision import SWITCHED, UNTOLD
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
@@ -76,6 +77,9 @@ class Slewing:
         )
         if self._parts.keys.busy:
             self._parts.keys.halt()
+        self._parts.keys.unproven = self._parts.words.tells_ram
+        if not self.is_proven():
+            raise Unsynchronised(self._parts.supervision.unsynchronised)
         self.forget()
 
     def start(self, axes: tuple[AxisSlew, AxisSlew], time: float) -> float:
@@ -102,17 +106,35 @@ class Slewing:
             raise
         return began
 
+    def is_proven(self) -> bool:
+        """Whether it is known where it is; a motion of which an event was lost may be that of a unit without power.
+
+        Raises
+        ------
+        TransportError
+            The unit does not answer.
+        """
+        parts = self._parts
+        if parts.keys.unproven and not parts.keys.busy:
+            if not parts.words.tells_ram:
+                parts.supervision.lose(UNTOLD)
+            elif not parts.words.has_cookie():
+                parts.supervision.lose(SWITCHED)
+                parts.supervision.was_reset = True
+            parts.keys.unproven = False
+        return not parts.supervision.unsynchronised
+
     def go_on(self) -> None:
         """Begin the next stage, as long as a stage ends within this look."""
         parts = self._parts
-        while self._aims is not None and not parts.keys.busy and not parts.supervision.unsynchronised:
+        while self._aims is not None and not parts.keys.busy and self.is_proven():
             stage = None
             if self._cascade is not None and self._stages < _STAGES:
-                turned = parts.axes[0].turned, parts.axes[1].turned
                 now = parts.unit.now() + parts.keys.delay_s
-                stage = self._cascade.next(self._errors(self._aims, now), parts.keys.speed, turned)
+                stage = self._cascade.next(self._errors(self._aims, now), parts.keys.speed)
             if stage is None:
-                self._arrived()
+                if all(axis.settled(parts.unit.now()) for axis in parts.axes):
+                    self._arrived()
                 return
             self._stages += 1
             self.course = [*self.course[: self._stages - 1], stage]
@@ -120,13 +142,15 @@ class Slewing:
             parts.keys.look()
 
     def _errors(self, aims: tuple[AxisSlew, AxisSlew], time: float) -> Errors:
-        """What both axes have to go, and by how much that grows."""
-        steps, drifts = [], []
+        """What both axes have to go once their drives have taken up the play, and by how much that grows."""
+        steps, drifts, slacks = [], [], []
         for axis, aim in zip(self._parts.axes, aims, strict=True):
             due = self._aimed if aim.arrival is None else aim.arrival
-            steps.append(aim.target + aim.rate_after * (time - due) - axis.at(time).counts)
+            there = aim.target + aim.rate_after * (time - due)
+            steps.append(there - axis.at(time).counts + axis.falls(time))
             drifts.append(aim.rate_after - axis.rate)
-        return Errors((steps[0], steps[1]), (drifts[0], drifts[1]))
+            slacks.append((axis.slack(time, 1.0), axis.slack(time, -1.0)))
+        return Errors((steps[0], steps[1]), (drifts[0], drifts[1]), (slacks[0], slacks[1]))
 
     def _arrived(self) -> None:
         self._aims = None

@@ -6,7 +6,7 @@ ratio of counts times postscaler (A); frequencies and accelerations have units o
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from mounts.awr.commands import Speed
@@ -15,7 +15,7 @@ from mounts.awr.ladder import GUIDE_STEP_S, Ladder, Rung
 from mounts.awr.registers import BY_NAME, Flags
 from mounts.awr.settings import AwrSettings
 
-_MOST_COUNTS, _LEAST_COUNTS, _MOST_POSTSCALER = 0xFFFF, 256, 0xFF
+_MOST_COUNTS, _LEAST_COUNTS, _MOST_POSTSCALER, _HALF_POSTSCALER = 0xFFFF, 256, 0xFF, 0x40
 _RATES = {
     ("guide", 0): ("guide_left", "guide_right"),
     ("guide", 1): ("guide_up", "guide_up"),
@@ -72,7 +72,7 @@ class Speeds:
     def per_count(self) -> float:
         """Steps a second times counts times postscaler, the same for all rates."""
         counts, flags = self._words("drive_ra", self.lasting)
-        return self.settings.sidereal_steps_per_s * counts * max(1, flags.postscaler)
+        return self.settings.sidereal_steps_per_s * counts * self.settings.divides_by(flags.postscaler)
 
     def rate(self, name: str) -> float:
         """Steps a second of a rate's words in force, signed; 0 where it is off.
@@ -87,28 +87,43 @@ class Speeds:
             return 0.0
         if not counts:
             raise AwrError(f"{name} holds no counts: the unit cannot divide by them; `drive set {name}_counts`")
-        return self.per_count / (counts * max(1, flags.postscaler)) * (1.0 if flags.positive else -1.0)
+        return (
+            self.per_count / (counts * self.settings.divides_by(flags.postscaler)) * (1.0 if flags.positive else -1.0)
+        )
 
     def words_for(self, rate: float, postscaler: int) -> RateWords:
         """The words whose rate is nearest to one, steps a second, at a postscaler where it can be had.
 
         A rate slower than any is none: the axis is switched off.
         """
-        flags = Flags(enable=True, positive=rate > 0.0, postscaler=postscaler)
+        flags, divides_by = Flags(enable=True, positive=rate > 0.0, postscaler=postscaler), self.settings.divides_by
         wanted = self.per_count / abs(rate) if rate else math.inf
-        if wanted > _MOST_COUNTS * _MOST_POSTSCALER:
+        if wanted > _MOST_COUNTS * divides_by(_MOST_POSTSCALER):
             return RateWords(_MOST_COUNTS, flags._replace(enable=False))
-        usual = scale = max(1, postscaler)
+        usual = scale = divides_by(postscaler)
         if not _LEAST_COUNTS <= wanted / scale <= _MOST_COUNTS:
-            scale = min(_MOST_POSTSCALER, max(1, math.ceil(wanted / _MOST_COUNTS)))
+            scale = min(divides_by(_MOST_POSTSCALER), max(1, math.ceil(wanted / _MOST_COUNTS)))
         counts = min(_MOST_COUNTS, max(_LEAST_COUNTS, round(wanted / scale)))
-        return RateWords(counts, flags._replace(postscaler=postscaler if scale == usual else scale))
+        other = scale if self.settings.postscaler == "times" else scale - 1
+        return RateWords(counts, flags._replace(postscaler=postscaler if scale == usual else other))
+
+    def tried_out(self, axis: int) -> RateWords:
+        """Words of a drive that make about the sidereal rate at a postscaler far from the usual one."""
+        usual = self._words(DRIVES[axis], self.lasting).flags.postscaler
+        flags = Flags(enable=True, positive=True, postscaler=_MOST_POSTSCALER if usual < _HALF_POSTSCALER else 1)
+        counts = self.per_count / self.settings.sidereal_steps_per_s / self.settings.divides_by(flags.postscaler)
+        return RateWords(min(_MOST_COUNTS, max(_LEAST_COUNTS, round(counts))), flags)
+
+    def unsure(self, words: RateWords) -> float:
+        """Fraction by which the rate of such words is another, should the postscaler be read the other way."""
+        rate = self.of(words)
+        return abs(replace(self, settings=self.settings.otherwise).of(words) / rate - 1.0) if rate else 0.0
 
     def of(self, words: RateWords) -> float:
         """Steps a second of such words."""
         if not words.flags.enable:
             return 0.0
-        rate = self.per_count / (words.counts * max(1, words.flags.postscaler))
+        rate = self.per_count / (words.counts * self.settings.divides_by(words.flags.postscaler))
         return rate if words.flags.positive else -rate
 
     def apart(self, words: RateWords) -> float:

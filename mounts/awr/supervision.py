@@ -23,26 +23,37 @@ TURNED_BACK = (
     "the clock of this computer reads {:.0f} s earlier than when the position was kept, so it was or is wrong: "
     "set it, then `sync` on a known star"
 )
+DESERTED = "both drives were switched off, and nobody knows when: {}; `sync` on a known star"
 STEPPED = (
     "the clock of the computer was set by {:+.1f} s while keys were held, which were released; check the time "
     "service, then `sync` on a known star"
 )
 SWITCHED = "the unit was switched off and on while no program looked; `sync` on a known star"
 UNTOLD = (
-    "this unit does not tell what its RAM holds, so nobody knows whether it was switched off while no program "
-    "listened: `sync` on a known star, and leave `clockdrive run` running from then on"
+    "this unit does not tell what its RAM holds, so it may have been switched off and on in the {:.0f} s in which no "
+    "program listened"
 )
+OTHERWISE = (
+    "the drives go otherwise than they were left {:.0f} s ago, as since a dead-man process switched them off, and "
+    "nobody knows when that was"
+)
+STATED = "may be {:.0f} steps off, which is stated; leave `clockdrive run` running, or `sync` on a known star"
+LOST_BY = "may be {:.0f} steps off; `sync` on a known star, and leave `clockdrive run` running from then on"
 COMMITTED = (
     "soft writes stand in the non-volatile memory that nobody asked to commit: a command was damaged on the line. "
     "Compare `drive show` with the factory sheet, write with `drive set` what differs, then `drive save`"
+)
+OVERWRITTEN = (
+    "the non-volatile word {0} is {1} and was {2}, which nobody asked for: a command was damaged on the line. "
+    "`drive set {0} {2}`, then `drive save`"
 )
 RECALIBRATED = (
     "drive_ra (01, 02), from which all rates are reckoned, was changed since the last sync: compare `drive show` "
     "with the factory sheet, then `sync` on a known star"
 )
 _DIVISION = (
-    "{}: {} holds what the unit cannot divide by, the rate register written last; `drive reload` takes the "
-    "non-volatile words again"
+    "{}: {} holds what the unit cannot divide by; `drive reload` takes the non-volatile words again, `drive set` "
+    "others"
 )
 
 
@@ -55,40 +66,54 @@ class Supervision:
         Why nobody knows where the axes are; empty where that is known.
     place : callable
         Where axis 1 is at a time, for the index of the worm.
-    last_rate : callable
-        The rate register that was written last.
+    undivided : callable
+        The rate register that it cannot divide by.
     """
 
     def __init__(
         self,
         unsynchronised: str,
         place: Callable[[float], float],
-        last_rate: Callable[[], Register | None],
+        undivided: Callable[[], Register | None],
         index: tuple[float, float] | None = None,
     ) -> None:
         self.unsynchronised = unsynchronised
+        self.lost: Callable[[], None] = lambda: None
+        """Called when the position is lost."""
         self.stopped = False
         """The override holds it."""
         self.was_reset = False
         """It began anew, and nobody has looked at its words since."""
         self.index = index
         """When the worm of axis 1 passed its index last, and where the axis was."""
-        self.relays = 0
-        """Those that are on, bit by bit."""
+        self.relays: int | None = None
+        """Those that are on, bit by bit; None where nobody knows."""
         self.lines: Lines | None = None
         self.backlash: tuple[bool | None, bool | None] = (None, None)
         """The sense in which the play of each axis was taken up last."""
         self._place = place
-        self._last_rate = last_rate
+        self._undivided = undivided
         self._notes: list[str] = []
         self._untold: list[str] = []
         self._fault = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was seen, the newest last, and which relays are on."""
-        on = [str(number) for number in RELAYS if self.relays >> number - 1 & 1]
-        return (*self._notes, *((f"relays on: {', '.join(on)}",) if on else ()))
+        """What was seen, the newest last, and how relays and input lines are now."""
+        return (*self._notes, *self._relays_now(), *((self.lines.said,) if self.lines is not None else ()))
+
+    def _relays_now(self) -> tuple[str, ...]:
+        if self.relays is None:
+            return ()
+        states = (f"{number} {'on' if self.relays >> number - 1 & 1 else 'off'}" for number in RELAYS)
+        return (f"relays: {', '.join(states)}",)
+
+    def switched(self, relays: int) -> None:
+        """These relays are on, bit by bit; a change is an event."""
+        if relays != (self.relays or 0):
+            self.relays = relays
+            self._untold += self._relays_now()
+        self.relays = relays
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -112,7 +137,7 @@ class Supervision:
                 self.index = each.time, self._place(each.time)
             elif isinstance(event, Lines):
                 self.lines = event
-                self.note(f"input lines high: {event.high or 'none'}")
+                self._untold.append(event.said)
             elif isinstance(event, Backlash):
                 one, two = self.backlash
                 self.backlash = (event.on, two) if event.axis == 0 else (one, event.on)
@@ -125,7 +150,7 @@ class Supervision:
         elif error.code == _OVERFLOW:
             self.lose(OVERFLOWED.format(said))
         elif error.is_division:
-            register = self._last_rate()
+            register = self._undivided()
             name = "a rate register" if register is None else f"{register.name} ({register.address:02X})"
             self._fault = _DIVISION.format(said, name)
             self.note(self._fault)
@@ -143,6 +168,7 @@ class Supervision:
         """The position is unknown from now on, for the first reason that there was."""
         self.unsynchronised = self.unsynchronised or why
         self.note(why)
+        self.lost()
 
     def require_free(self) -> None:
         """See that the override does not hold it.

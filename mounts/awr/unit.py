@@ -28,12 +28,13 @@ from mounts.awr.registers import (
 from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
+from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
+from transports.memory import BITS_PER_BYTE
 
-PACKET_S = 0.1  # for each packet of an answer
+PACKET_S = 0.1  # for each packet of an answer, as the manual has it
 KEY_S = 0.06  # for the answer to a key, as its release must not wait for it
 RELEASE_AGAIN_S = 0.02  # after which a release that was not answered is sent again
-_BITS_PER_BYTE = 10
 _CHUNK = 256
 _TRIES = 3
 _RELEASES, _LINKS = 12, 3  # tries of a release, and links opened for it; opening one may take a second
@@ -42,6 +43,7 @@ _ROUNDS = 30  # of waiting for silence, on a line that is never silent
 _EVENTS = 500  # kept at most for one who does not listen
 _AT_ONCE_S = 5e-4
 _LOSSES = 3  # remembered
+_PROMPT_S = 0.015  # within which a key that is answered was heard when it came
 
 
 class Happened(NamedTuple):
@@ -50,6 +52,13 @@ class Happened(NamedTuple):
     event: Event
     time: float
     early_s: float = 0.0
+
+
+class Heard(NamedTuple):
+    """When the unit heard a command, POSIX seconds, at the earliest and at the latest."""
+
+    first: float
+    last: float
 
 
 class Unit:
@@ -63,20 +72,29 @@ class Unit:
         Stamps what comes; the one that the link has.
     baud : int, optional
         Bits per second of the line; none for one that takes no time.
+    timeout_s : float
+        In which each packet of an answer must come at first, beside the line's own time; later tries wait longer.
     """
 
-    def __init__(self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None) -> None:
-        self._open = open_link
+    def __init__(
+        self, open_link: Callable[[], Link], clock: Clock, baud: int | None = None, timeout_s: float = PACKET_S
+    ) -> None:
+        self._kept = LinkAtNeed(open_link, self._renewed)
         self._clock = clock
-        self.byte_s = _BITS_PER_BYTE / baud if baud else 0.0
+        self.byte_s = BITS_PER_BYTE / baud if baud else 0.0
         """Line time of a byte."""
-        self._link: Link | None = None
+        self.timeout_s = timeout_s
+        """For each packet of an answer."""
         self._packets = Packets(self.byte_s)
         self._events: deque[Happened] = deque(maxlen=_EVENTS)
         self._trips: deque[float] = deque(maxlen=8)  # seconds of the last round trips, without their line time
         self._strays = math.inf  # answers that nobody waits for any more and that may still come, at most
         self.version = EARLIEST
         """Firmware, once it was asked."""
+        self.heard = Heard(-math.inf, -math.inf)
+        """When the key or release that was sent last was heard."""
+        self.written_for_good = False
+        """The last soft write was answered as one into the non-volatile memory is."""
         self.damaged = 0
         """How often something was lost or mutilated on the line, as far as can be seen."""
         self.strange: deque[str] = deque(maxlen=_LOSSES)
@@ -88,8 +106,8 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """The address, as in the configuration."""
-        return "link not opened yet" if self._link is None else self._link.name
+        """The address of the link last opened."""
+        return self._kept.name
 
     @property
     def delay_s(self) -> float:
@@ -152,20 +170,22 @@ class Unit:
 
     def _hear(self, seconds: float) -> list[tuple[Response, Packet]]:
         """Read once; collect events, return answers."""
-        link = self._opened()
+        link = self._kept.opened()
         begun, since = self.now(), self._listened
         try:
             data = link.read(_CHUNK, seconds)
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
-        self._listened = self.now()
+        now = self.now()
         if data:
-            self._heard = self._listened
-        # What was there at once may have come at any time since somebody listened last.
-        unheard = max(0.0, begun - since) if self._listened - begun < _AT_ONCE_S else 0.0
+            self._heard = now
+        # What was there at once may have come at any time since somebody waited for it last, and so may what is left.
+        at_once = now - begun < _AT_ONCE_S
+        unheard = max(0.0, begun - since) if at_once else 0.0
+        self._listened = since if data and at_once else now
         answers = []
-        for packet in self._packets.feed(data, self.now()):
+        for packet in self._packets.feed(data, self.now(), unheard):
             said: Message = decoded(packet.text)
             if isinstance(said, Strange):
                 self.damaged += 1
@@ -195,6 +215,7 @@ class Unit:
                 f"the unit refuses {body!r}: its override input stopped it, or it is busy; press the override button "
                 "at the drive box, then try again"
             )
+        self._note_heard(self._sent)
         return self._sent + self.delay_s
 
     def release(self, axes: tuple[int, ...] = (0, 1)) -> float:
@@ -205,8 +226,11 @@ class Unit:
         NoAnswer, LinkError
             It does not answer, or the link was lost and could not be opened anew.
         """
+        first = math.inf
         for i, axis in enumerate(axes):
             self._released(axis, axes[i:])
+            first = min(first, self.heard.first)
+        self.heard = Heard(first, self.heard.last)
         return self._sent + self.delay_s
 
     def _released(self, axis: int, rest: tuple[int, ...]) -> None:
@@ -215,27 +239,28 @@ class Unit:
         All answers are alike, so one counts only when more have come than may still come of other commands.
         """
         data, error = commands.packet(commands.RELEASES[axis]), None
-        lost_links = sends = 0
+        first, lost_links, sends = math.inf, 0, 0
         for attempt in range(_RELEASES):
             try:
-                if self._opened() and math.isinf(self._strays):
+                if self._kept.opened() and math.isinf(self._strays):
+                    first, sends = min(first, self.now()), 0
                     self._release_blindly(rest)
-                    sends = 0
-                self._sent = self._opened().write(data)
-                sends += 1
+                self._sent = self._kept.opened().write(data)
+                first, sends = min(first, self._sent), sends + 1
                 due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
                 due += _FAR_S if attempt == _RELEASES - 1 else 0.0
                 while (left := due - self.now()) > 0.0:
                     self.before_each()
                     if self._confirms(self._hear(min(left, self.slice_s)), sends):
+                        self._note_heard(first)
                         return
             except LinkError as lost:
-                self._drop()
+                self._kept.close()
                 error, lost_links, sends = lost, lost_links + 1, 0
                 if lost_links == _LINKS:
                     break
             self.damaged += 1
-        self._strays += sends
+        self._strays = math.inf  # so that the next time all keys are released at once, and no answer is awaited first
         raise error or NoAnswer(
             f"{self.name}: no unit confirms that its keys are released; check port, cable and power, and that the "
             "line is 9600 baud, 8N1. If the telescope moves, switch the drive box off"
@@ -243,7 +268,7 @@ class Unit:
 
     def _release_blindly(self, axes: tuple[int, ...]) -> None:
         """On a new link nobody knows what is still answered: release the keys at once, then let it fall silent."""
-        self._opened().write(b"".join(commands.packet(commands.RELEASES[axis]) for axis in axes))
+        self._kept.opened().write(b"".join(commands.packet(commands.RELEASES[axis]) for axis in axes))
         since = self.now()
         self._quiet()
         if self._heard < since:
@@ -251,12 +276,18 @@ class Unit:
 
     def _confirms(self, answers: list[tuple[Response, Packet]], sends: int) -> bool:
         """Whether one of some answers is that of a release which was sent so often."""
-        for said, _ in answers:
+        for said, packet in answers:
             if said == Done(ok=True) and not self._strays:
                 self._strays = sends - 1
+                self._answered_at = packet.time - self.byte_s - self.delay_s
                 return True
             self._strays -= said == Done(ok=True)
         return False
+
+    def _note_heard(self, first_sent: float) -> None:
+        """A key was answered that was sent for the first time then."""
+        first = first_sent + self.delay_s
+        self.heard = Heard(first, first if self._answered_at - first < _PROMPT_S else self._answered_at)
 
     def read(self, address: int) -> int | None:
         """The word at an address, None where the unit does not tell it.
@@ -295,12 +326,12 @@ class Unit:
         self._quiet()
         words: dict[int, int] = {}
         self._send(commands.READ_ALL)
-        due = self._sent + PACKET_S + 12.0 * self.byte_s
+        due = self._sent + self.timeout_s + 12.0 * self.byte_s + 2.0 * self.delay_s
         while VERSION not in words and (left := due - self.now()) > 0.0:
             for said, _ in self._hear(left):
                 if isinstance(said, Word) and said.address in BY_ADDRESS:
                     words[said.address] = said.value
-                    due = self.now() + PACKET_S + 12.0 * self.byte_s
+                    due = self.now() + self.timeout_s + 12.0 * self.byte_s
         self._strays += VERSION not in words
         return words
 
@@ -358,6 +389,7 @@ class Unit:
             raise DriveRefused(
                 f"the unit does not take {register.name} ({address:02X}) = {value}: `drive show` tells what it holds"
             )
+        self.written_for_good = said.address == register.address
         return self._sent + self.delay_s
 
     def commit(self) -> None:
@@ -408,13 +440,14 @@ class Unit:
 
     def close(self) -> None:
         """Close the link."""
-        self._drop()
+        self._kept.close()
 
     # The line --------------------------------------------------------------------------------------------------
 
     _listened = float("-inf")  # POSIX seconds at which it was listened to last
     _heard = float("-inf")  # POSIX seconds at which something came last
     _sent = 0.0  # POSIX seconds at which the last command had left
+    _answered_at = 0.0  # POSIX seconds at which the unit began to answer it
 
     def _plain(self, body: str, tries: int = _TRIES) -> None:
         said = self._tried(body, lambda said: isinstance(said, Done), tries)
@@ -426,10 +459,10 @@ class Unit:
         error: LinkError | NoAnswer | None = None
         for attempt in range(tries):
             try:
-                self._quiet()
-                return self._answered(body, mine, PACKET_S * 2.0**attempt)
+                self._quiet(2.0**_TRIES * self.timeout_s if attempt and not self._trips else 0.0)
+                return self._answered(body, mine, 2.0**attempt * self.timeout_s)
             except LinkError as lost:
-                self._drop()
+                self._kept.close()
                 error = lost
             except NoAnswer as silent:
                 error = silent
@@ -437,7 +470,7 @@ class Unit:
         assert error is not None  # noqa: S101 - there was a try
         raise error
 
-    def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float = PACKET_S) -> Response:
+    def _answered(self, body: str, mine: Callable[[Response], bool], patience_s: float) -> Response:
         """Send a command and wait for its answer."""
         self._send(body)
         due = self._sent + patience_s + 12.0 * self.byte_s + 2.0 * self.delay_s
@@ -446,25 +479,30 @@ class Unit:
             for said, packet in self._hear(min(left, self.slice_s)):
                 if mine(said):
                     self._trips.append(max(0.0, packet.time - self.byte_s - self._sent))
+                    self._answered_at = packet.time - self.byte_s - self.delay_s
                     return said
                 self.damaged += 1
         self._strays += 1
         raise NoAnswer(
             f"{self.name}: no answer to {body!r} within {patience_s:g} s; check port, cable and power, and that the "
-            "line is 9600 baud, 8N1"
+            "line is 9600 baud, 8N1; a link that takes longer wants a longer timeout_s in [drive]"
         )
 
     def _send(self, body: str) -> None:
         self.before_each()
         try:
-            self._sent = self._opened().write(commands.packet(body))
+            self._sent = self._kept.opened().write(commands.packet(body))
         except LinkError:
-            self._drop()
+            self._kept.close()
             raise
 
-    def _quiet(self) -> None:
-        """Take what has come; where an answer may still be on its way, wait until the line is silent."""
-        wait = PACKET_S + 2.0 * self.delay_s if self._strays else 0.0
+    def _quiet(self, longer_s: float = 0.0) -> None:
+        """Take what has come; where an answer may still be on its way, wait until the line is silent.
+
+        An answer to the last try would look like one to the next that came at once, so where nobody knows yet how far
+        the unit is, that is waited for longer.
+        """
+        wait = max(longer_s, self.timeout_s + 2.0 * self.delay_s) if self._strays else 0.0
         for _ in range(_ROUNDS):
             self.before_each()
             self._hear(wait)
@@ -472,17 +510,10 @@ class Unit:
                 break
         self._strays = 0
 
-    def _opened(self) -> Link:
-        if self._link is None:
-            self._link = self._open()
-            self._packets = Packets(self.byte_s)
-            self._strays = math.inf
-        return self._link
-
-    def _drop(self) -> None:
-        if self._link is not None:
-            self._link.close()
-            self._link = None
+    def _renewed(self) -> None:
+        """Whatever was asked on the last link may be answered on a new one."""
+        self._packets = Packets(self.byte_s)
+        self._strays = math.inf
 
 
 def _nobody() -> None:

@@ -4,10 +4,12 @@ Only RAM is written, and what was written is read back where the unit tells it. 
 else, one unit of the acceleration of axis 2, is the cookie: it is lost with the power.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, Flags, Register, shown
+from mounts.awr.play import Play
+from mounts.awr.registers import BY_ADDRESS, BY_NAME, RAM, REGISTERS, WITH_BACKLASH, Flags, Register, shown
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import DRIVES, RateWords, Speeds
 from mounts.awr.unit import Unit
@@ -15,6 +17,7 @@ from mounts.errors import DriveRefused
 
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
+BACKLASHES = ("ra_backlash", "dec_backlash")
 _DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
@@ -36,6 +39,8 @@ class Words:
         self.ram: dict[int, int] = {}
         self.tells_ram = True
         """Whether the unit tells what its RAM holds."""
+        self.overwritten: dict[str, tuple[int, int]] = {}
+        """Non-volatile words that a damaged command wrote, by name: what they are, and what they were."""
         self.last_rate: Register | None = None
         """The rate register that was written last."""
 
@@ -48,15 +53,21 @@ class Words:
             The unit does not answer.
         """
         lasting = self._unit.read_all()
-        ram, self.tells_ram = dict(lasting), True
-        for address in (register.address for register in REGISTERS if register.writable):
+        ram, self.tells_ram = dict(lasting), self._settings.reads_ram
+        if not self.tells_ram:
+            ram |= self._known_in_ram()
+        for address in (register.address for register in REGISTERS if register.writable and self.tells_ram):
             value = self._in_ram(address, self.ram.get(address, lasting.get(address)))
             if value is None:
                 self.tells_ram = False
-                ram |= {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
+                ram |= self._known_in_ram()
                 break
             ram[address] = value
         self.lasting, self.ram = lasting, ram
+
+    def _known_in_ram(self) -> dict[int, int]:
+        """What was written there last, as far as a program remembers."""
+        return {a: v for a, v in self.ram.items() if a in BY_ADDRESS and BY_ADDRESS[a].writable}
 
     def _in_ram(self, address: int, expected: int | None) -> int | None:
         """A word in RAM; one that is not as expected is believed once it was told twice running."""
@@ -80,6 +91,12 @@ class Words:
                 self.soft_write(BY_ADDRESS[address], self.ram[address])
 
     @property
+    def undivided(self) -> Register | None:
+        """The rate register that the unit cannot divide by: one below the least, else the one written last."""
+        rates = (register for register in REGISTERS if register.is_counts and register.address in self.ram)
+        return next((each for each in rates if self.ram[each.address] < each.lowest), self.last_rate)
+
+    @property
     def changed(self) -> dict[int, int]:
         """The words that RAM holds otherwise than the non-volatile memory, by address."""
         return {a: v for a, v in self.ram.items() if self.lasting.get(a) != v}
@@ -94,6 +111,44 @@ class Words:
             The sidereal rate stands nowhere.
         """
         return Speeds(self._settings, self.lasting, self.ram)
+
+    @property
+    def plays(self) -> tuple[Play, Play]:
+        """What is left of the play of each axis besides the blips by which the unit takes it up."""
+        settings = self._settings
+        one, two = (
+            Play(0.0 if play is None else play - blip, sigma, blip)
+            for play, blip, sigma in zip(settings.plays, self.taken_up, settings.play_sigmas, strict=True)
+        )
+        return one, two
+
+    @property
+    def taken_up(self) -> tuple[int, int]:
+        """Steps of play of each axis that the unit takes up by blips."""
+        takes = self._unit.version >= WITH_BACKLASH
+        one, two = (self.ram.get(BY_NAME[name].address, 0) if takes else 0 for name in BACKLASHES)
+        return one, two
+
+    def take_up(self) -> bool:
+        """Have the unit take up as much play as is configured, where it takes up any; return whether that is new.
+
+        Raises
+        ------
+        DriveRefused, NoAnswer, LinkError
+            As for `soft_write`.
+        """
+        new = False
+        for name, play in zip(BACKLASHES, self._settings.plays, strict=True):
+            register, steps = BY_NAME[name], math.floor(play or 0.0)
+            if play is not None and self._unit.version >= WITH_BACKLASH and self.ram.get(register.address) != steps:
+                self.soft_write(register, steps)
+                new = True
+        return new
+
+    @property
+    def sidereal(self) -> tuple[int, int]:
+        """Counts and postscaler of the sidereal rate."""
+        return self.lasting[_DRIVES[0]], Flags.of(self.lasting[_DRIVES[1]]).postscaler
 
     @property
     def tracks(self) -> int:
@@ -141,12 +196,25 @@ class Words:
             self.last_rate = register
         for _ in range(_TRIES):
             heard = self._unit.soft_write(register, value)
+            if self._unit.written_for_good:
+                self._see_overwritten(register)
             self.ram[register.address] = value
             if not self.tells_ram or self._unit.read(register.address | RAM) == value:
                 return heard
+        if self._unit.read(register.address | RAM) == self.lasting.get(register.address):
+            raise DriveRefused(
+                f"{register.name} was written {value} in RAM, and a read with bit 7 tells the non-volatile word "
+                f"{self.lasting[register.address]}: where it never tells another, set [drive] reads_ram = false"
+            )
         raise DriveRefused(
             f"{register.name} was written {value} and reads otherwise; check the line, then `drive reload`"
         )
+
+    def _see_overwritten(self, register: Register) -> None:
+        """A bit that fell over on the line may have made a write for good of a soft write."""
+        now, was = self._unit.read(register.address), self.lasting.get(register.address)
+        if now is not None and was is not None and now != was:
+            self.overwritten[register.name] = (now, was)
 
     def drive_at(self, axis: int, words: RateWords) -> list[tuple[RateWords, float]]:
         """Have a drive go by other words; return those that were in force one after the other, and since when."""
@@ -187,6 +255,16 @@ class Words:
         """Whether the unit still has the cookie, so that it was not switched off; True where it does not tell."""
         value = self._unit.read(_COOKIE.address | RAM) if self.tells_ram else None
         return value is None or value == cookie
+
+    def has_cookie(self) -> bool:
+        """Whether the unit has the cookie that it was given last; True where it does not tell.
+
+        Raises
+        ------
+        NoAnswer, LinkError
+            It does not answer.
+        """
+        return self.is_there(self.ram[_COOKIE.address])
 
     def was_committed(self) -> bool:
         """Whether the non-volatile memory has the cookie, which no commit of ours leaves there."""

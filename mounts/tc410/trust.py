@@ -6,21 +6,16 @@ one than the top speed explains, the position is unsynchronised until `synchroni
 writes leaves either cookie in the unit, so both are remembered before the first is written.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 
+from mounts.remembered import NEVER, UNREADABLE, number, reinterpreted, text, whole
 from mounts.tc410.unit import Values
 
-NEVER = "the position of this drive was never synchronised; `sync` on a known star"
 POWER_CYCLED = (
     "the drive was power-cycled: its target registers no longer hold what was last written; `sync` on a known star"
 )
-UNREADABLE = "what was remembered of this drive's position cannot be read; `sync` on a known star"
 RELOADED = "the configuration was loaded anew, so counts may mean other angles; `sync` on a known star"
-REINTERPRETED = (
-    "gears, centre, sense, mount type or site were configured anew since the last sync, so counts mean other places; "
-    "`sync` on a known star"
-)
+REINTERPRETED = reinterpreted("gears")
 BY_HAND = "the position register was written by hand; `sync` on a known star"
 DECIDED = frozenset({RELOADED, BY_HAND, REINTERPRETED})  # by a person, so that no encoder undoes it
 _CLOCKS_AGREE = 1.001  # true over measured time, at most
@@ -54,16 +49,16 @@ class Trust:
 
     def _take(self, memory: Mapping[str, object]) -> None:
         """Take what was remembered, whatever is absent as unknown; what is of another form is an error."""
-        self.unsynchronised = _text(memory.get("unsynchronised", NEVER))
-        self.uncertainty_counts = _number(memory.get("uncertainty_counts", 0.0))
+        self.unsynchronised = text(memory.get("unsynchronised", NEVER))
+        self.uncertainty_counts = number(memory.get("uncertainty_counts", 0.0))
         self._unseen = memory.get("unseen") is True
         position, time, cookies = memory.get("position"), memory.get("time"), memory.get("cookies")
         if position is not None:
-            self._position = [_number(counts) for counts in _pair(position)]
+            self._position = [number(counts) for counts in _pair(position)]
         if time is not None:
-            self._times = (_number(time),) * 2
+            self._times = (number(time),) * 2
         if cookies is not None:
-            self._cookies = [[_whole(words) for words in _list(kept)] for kept in _pair(cookies)]
+            self._cookies = [[whole(words) for words in _list(kept)] for kept in _pair(cookies)]
 
     def as_json(self) -> dict[str, object]:
         """Return what the next process must know."""
@@ -150,24 +145,6 @@ class Trust:
 
 def _joined(words: Sequence[int]) -> int:
     return words[0] << 16 | words[1]
-
-
-def _text(stored: object) -> str:
-    if not isinstance(stored, str):
-        raise TypeError(stored)
-    return stored
-
-
-def _number(stored: object) -> float:
-    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
-        raise TypeError(stored)
-    return float(stored)
-
-
-def _whole(stored: object) -> int:
-    if isinstance(stored, bool) or not isinstance(stored, int):
-        raise TypeError(stored)
-    return stored
 
 
 def _list(stored: object) -> list[object]:

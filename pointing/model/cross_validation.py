@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pointing.model.design import blocks
-from pointing.model.fit import fit
+from pointing.model.fit import fewest, fit
 from pointing.model.normal_equations import NormalEquations
 from pointing.model.pointing_model import PointingModel
 from pointing.model.run import PointingRun
-from pointing.model.sky_blocks import sky_blocks
+from pointing.model.sky_blocks import largest, sky_blocks
 from pointing.model.terms import Term
 
 Array = NDArray[np.float64]
@@ -99,6 +99,14 @@ class CrossValidation:
         equations = self.whole.part(chosen)
         # the residuals of nothing but exact places vanish to rounding; a logarithm wants them positive
         return max(equations.square_after(equations.solution()), 1e-16 * equations.square, 1e-300)
+
+
+def fewest_predicted(k: int, patches: int = _PATCHES) -> int:
+    """Observations of which each patch can be predicted by a fit of `k` free terms to all others."""
+    n = fewest(k) + 1
+    while n - largest(n, patches) < fewest(k):
+        n += 1
+    return n
 
 
 def cv_sky_rms_arcsec(run: PointingRun, model: str | Sequence[Term] | PointingModel) -> float:

@@ -172,8 +172,13 @@ def _refuse_large(fixed: Mapping[str, float]) -> None:
             )
 
 
+def fewest(k: int) -> int:
+    """Observations that are more than `k` free terms can follow: each tells two components."""
+    return k // 2 + 1
+
+
 def _refuse_too_few(n: int, k: int) -> None:
-    needed = k // 2 + 1
+    needed = fewest(k)
     if n < needed:
         raise PointingError(
             f"{n} observations for {k} free terms: at least {needed} are needed, and {2 * k} for a σ that means "
@@ -183,7 +188,7 @@ def _refuse_too_few(n: int, k: int) -> None:
 
 def _refuse_few_places(run: PointingRun, k: int) -> None:
     """Refuse stars over and over at fewer places than the terms need; asked only where these are not told apart."""
-    places, needed = len(np.unique(np.round(np.array([run.axis1, run.axis2]) / _SAME), axis=1).T), k // 2 + 1
+    places, needed = len(np.unique(np.round(np.array([run.axis1, run.axis2]) / _SAME), axis=1).T), fewest(k)
     if places < needed:
         raise PointingError(
             f"{len(run)} observations are of {places} place{'' if places == 1 else 's'}: observe at least {needed} "

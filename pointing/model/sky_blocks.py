@@ -34,6 +34,12 @@ def sky_blocks(run: PointingRun, count: int) -> NDArray[np.intp]:
     return label
 
 
+def largest(n: int, count: int) -> int:
+    """How many of `n` observations the largest of the patches holds."""
+    halvings = min(count.bit_length() - 1, n.bit_length() - 1)
+    return -(-n >> halvings)
+
+
 def _halves(places: NDArray[np.float64], part: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Divide at the median along the direction in which the places extend most."""
     apart = places[part] - places[part].mean(axis=0)

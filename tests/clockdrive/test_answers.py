@@ -11,8 +11,10 @@ from astropy.utils import iers
 from orbit import Overhead
 from telescope_bench import T0, star_at, telescope
 
-from clockdrive.answers import Answer, observed, refusal, utc
+from clockdrive.answers import Answer, observed
 from clockdrive.drives.tc410.figures import velocity_register
+from clockdrive.refusal import refusal
+from clockdrive.utc import utc
 
 WELL_KNOWN = 1_700_040_000.0  # the Earth's orientation of that day is observed, not predicted
 

@@ -231,7 +231,7 @@ def test_a_file_that_stays_held_ends_the_run_with_the_remedy_and_the_telescope_a
 def test_too_few_stars_are_said_and_not_fitted(scope):
     from clockdrive.run_report import TooFewStars
 
-    with pytest.raises(TooFewStars, match=r"has 3 stars to fit, 3 places skipped; a fit needs 6"):
+    with pytest.raises(TooFewStars, match=r"has 3 stars to fit, 3 places skipped; a fit of 7 terms needs 6"):
         scope.pointing_run(N, Witness(scope, lambda look: None if look <= 3 else fails), name="short")
     assert len(scope.runs["short"].observations) == 3
 

@@ -11,6 +11,7 @@ from mpc_lines import CERES, COMETS
 from satellites import ORBITS
 
 from clockdrive import parse
+from clockdrive.cli.parser import shielded
 from clockdrive.errors import InputError
 from pointing.errors import TargetError
 from pointing.satellite import Satellite
@@ -241,7 +242,7 @@ class TestSatellites:
 
 def test_a_declination_below_zero_is_never_an_option():
     words = ["goto", "05:34:31.9", "-22:00:52", "--for", "30s", "-c", "x", "-1.5", "-.5", "-1,2", "-0d30m"]
-    assert parse.shielded(words) == [
+    assert shielded(words) == [
         "goto", "05:34:31.9", "−22:00:52", "--for", "30s", "-c", "x", "-1.5", "-.5", "−1,2", "−0d30m",
     ]  # fmt: skip
 

@@ -6,8 +6,9 @@ import pytest
 
 from clockdrive.configuration import load
 from clockdrive.drives import kind_of
-from clockdrive.resting import Holding, Rest, inside
+from clockdrive.resting import Holding, Rest, inside, place
 from mounts.drive import AxisReading, Capabilities, Reading
+from pointing.limits import Check
 
 WIDTH = 8000.0  # microsteps, 7.2′
 DEGREE = 66327.2727  # microsteps of axis 1
@@ -56,6 +57,29 @@ def test_an_axis_that_counts_downwards_is_held_within_the_same_travel():
     assert one == pytest.approx(-170.0 * DEGREE + WIDTH / 8, abs=1.0)
 
 
+def planner(allowed=lambda _: True):
+    """A planner of a sky that allows some counts of axis 1, and of no other limit than the travel."""
+    return SimpleNamespace(
+        axes=(axis(), axis()),
+        angles=lambda counts: counts,
+        standing=lambda angles, _: (Check("horizon", ok=allowed(angles[0]), detail=""),),
+    )
+
+
+@pytest.mark.parametrize(
+    ("onwards", "allowed", "moved"),
+    [
+        (1.0, lambda one: one >= -1.0, WIDTH),  # the horizon is just behind: it is held where tracking takes it
+        (-1.0, lambda one: one <= 1.0, -WIDTH),
+        (1.0, lambda one: one <= 1.0, 0.0),  # it is just ahead
+        (1.0, lambda one: abs(one) <= WIDTH / 2, 0.0),  # on both sides
+        (1.0, lambda one: one >= WIDTH / 2, 0.0),  # where it stands is below it
+    ],
+)
+def test_a_place_is_held_clear_of_horizon_and_sun_where_that_can_be(onwards, allowed, moved):
+    assert place(planner(allowed), (0.0, 5.0), drive(onwards), 0.0) == (moved, 5.0)
+
+
 def reading(one, two=0.0, *, slewing=False, motion=("tracking",)):
     return Reading(
         0.0, (AxisReading(one, 10.0, 277.0, slewing), AxisReading(two, 10.0, 0.0, slewing=False)), motion=motion
@@ -64,7 +88,7 @@ def reading(one, two=0.0, *, slewing=False, motion=("tracking",)):
 
 @pytest.fixture
 def holding():
-    return Holding(SimpleNamespace(axes=(axis(), axis())))
+    return Holding(planner())
 
 
 def test_nothing_is_held_while_anything_moves_and_then_where_it_stands(holding):

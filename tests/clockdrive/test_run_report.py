@@ -128,6 +128,26 @@ def test_too_few_stars_are_not_fitted_and_the_masked_do_not_count():
         report_of(replace(stored, observations=()))
 
 
+@pytest.mark.parametrize(
+    ("terms", "fixed", "needed"),
+    [
+        ("IH ID", {}, 4),
+        ("IH ID CH", {}, 4),
+        ("IH ID CH", {"CH": 0.0}, 4),
+        ("", {}, 6),
+        ("IH ID CH NP MA ME TF HDSH2 HDCH2", {}, 7),
+    ],
+)
+def test_the_least_number_of_stars_follows_from_the_terms_and_lets_each_patch_be_predicted(terms, fixed, needed):
+    wanted, found = Wanted(terms=terms, fixed=fixed), []
+    for seed in range(5):
+        with pytest.raises(TooFewStars, match=rf"{needed - 1} stars .* needs {needed}, "):
+            report_of(kept(n=needed - 1, seed=seed), wanted=wanted)
+        found.append(report_of(kept(n=needed, seed=seed), wanted=wanted).cross_validation_arcsec)
+    print(f"{terms or 'usual terms'}: predicted to {min(found):.1f}″ to {max(found):.1f}″")
+    assert max(found) < math.inf
+
+
 def test_a_run_of_nonsense_is_refused_with_what_is_wrong():
     stored = kept(n=30)
     mixed = tuple(replace(each, azimuth_deg=(37.0 * i) % 360.0) for i, each in enumerate(stored.observations))

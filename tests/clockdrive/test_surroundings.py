@@ -9,8 +9,8 @@ from planning_bench import MIDNIGHT, timing
 from planning_bench import planner as planner_of
 
 from clockdrive.clock import SystemClock, VirtualClock
+from clockdrive.errors import WeatherError
 from clockdrive.surroundings import Surroundings
-from clockdrive.weather_sources import WeatherError
 from pointing.mount import MountType
 from pointing.plan import Start
 from pointing.targets import FixedAltAz

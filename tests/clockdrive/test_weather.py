@@ -16,17 +16,16 @@ from urllib.parse import parse_qs, urlsplit
 import erfa
 import pytest
 
+from clockdrive.air import WeatherReading, effect_arcsec, sky_with
+from clockdrive.errors import WeatherError
 from clockdrive.polled import Polled, at_once
 from clockdrive.weather import (
     LiveWeather,
-    WeatherReading,
-    effect_arcsec,
     reading_of,
-    sky_with,
     weather_source,
 )
 from clockdrive.weather_alpaca import AlpacaSource
-from clockdrive.weather_sources import CommandSource, FileSource, Measured, WeatherError
+from clockdrive.weather_sources import CommandSource, FileSource, Measured
 from pointing.instant import Instant
 from pointing.site import Site, Weather
 from pointing.sky import Sky

@@ -143,6 +143,54 @@ def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
     assert off["satellite"] < (SATELLITE_UNSURE if offset_ms else ON_TARGET)
 
 
+@pytest.mark.parametrize(("kind", "rotator"), [("apo", "none"), ("sdss", "sky")])
+def test_a_satellite_that_is_not_up_yet_is_waited_for_with_the_rotator_and_met_as_planned(kind, rotator, tmp_path):
+    with apo_telescope(kind, tmp_path, **({"rotator__mode": rotator} if rotator != "none" else {})) as scope:
+        witness = ApoWitness(scope)
+        target = Overhead(scope.clock.now() + 300.0, math.radians(40.0), math.radians(3.0))
+        joined = Instant.from_utc_iso(scope.plan(target)["pass"]["joined_utc"]).posix()
+        scope.goto(target)
+        early = joined - scope.clock.now()
+        off = [witness.off_arcsec(target), *witness.tracked_arcsec(target, 10.0, 0.3)]
+        print(f"{kind}, rotator {rotator}: met {early:.2f} s before it was planned, {max(off):.4f}″ off at most")
+        assert abs(early) < 0.3  # a look
+        assert max(off) < ON_TARGET
+        assert not witness.dry()
+        if rotator != "none":
+            assert scope.status()["rotator"]["position_angle_deg"] == pytest.approx(0.0, abs=1e-5)
+
+
+def _off_a_satellite_at_arrival(scope, direction_deg, culmination_s):
+    """Go to a satellite 3° from the zenith; return how far it is off it at the announced moment, arc seconds."""
+    witness = ApoWitness(scope)
+    above = Overhead(scope.clock.now() + culmination_s, math.radians(direction_deg), math.radians(3.0))
+    assert scope.goto(above)["slews"] == 1
+    off = witness.on_sky_arcsec(above, witness.at_arrival(), witness.arrivals[-1])
+    assert not witness.dry()
+    _keeps_its_limits(witness)
+    assert not any("limited" in note for note in scope.status()["notes"])
+    return off
+
+
+@pytest.mark.parametrize(("kind", "ppm"), [("apo", 50.0), ("sdss", -50.0)])
+def test_a_first_goto_learns_on_its_way_what_the_clocks_gain(kind, ppm, tmp_path):
+    with apo_telescope(kind, tmp_path, simulator__clock_drift_ppm=ppm) as scope:
+        off = _off_a_satellite_at_arrival(scope, 40.0, 150.0)
+    print(f"{kind}, {ppm:+g} ppm: {off:.2f}″ off a satellite at arrival")
+    assert off < SATELLITE_UNSURE
+
+
+def test_what_the_clocks_gain_is_remembered_for_a_first_goto_too_short_to_tell(tmp_path):
+    off = {}
+    for when in ("first", "later"):
+        start = NIGHT + (3600.0 if when == "later" else 0.0)
+        with apo_telescope("sdss", tmp_path, start, simulator__clock_drift_ppm=50.0) as scope:
+            off[when] = _off_a_satellite_at_arrival(scope, 200.0, 60.0)
+            scope.wait(30.0)
+    print(f"27 s after connecting: {off['first']:.2f}″ off a satellite, an hour later {off['later']:.2f}″")
+    assert off["later"] < SATELLITE_UNSURE < off["first"]
+
+
 @pytest.mark.parametrize("rotator", ["none", "sky"])
 def test_an_axis_that_lands_early_goes_on_with_the_target_as_it_is_then(rotator, tmp_path):
     """Altitude lands a minute before azimuth; with the velocity of then it would have to brake beyond its limit."""
@@ -267,24 +315,37 @@ def test_a_short_way_while_tracking_is_gone_without_running_dry(shift_arcsec, mo
         assert not witness.dry()
 
 
-@pytest.mark.parametrize("latency_s", [0.001, 0.02])
-def test_an_axis_that_falls_silent_as_a_short_way_begins_leaves_none_to_run_dry(latency_s, tmp_path):
-    with apo_telescope("apo", tmp_path, simulator__latency_s=latency_s) as scope:
-        scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 60.0))
+@pytest.mark.parametrize(
+    ("latency_s", "timeout_s", "falls_silent"),
+    [(0.001, 0.5, "when it was told"), (0.02, 0.5, "when it was told"), (0.02, 1.5, "before it is told")],
+)
+def test_an_axis_that_falls_silent_as_a_short_way_begins_leaves_none_to_run_dry(
+    latency_s, timeout_s, falls_silent, tmp_path
+):
+    with apo_telescope("apo", tmp_path, simulator__latency_s=latency_s, drive__timeout_s=timeout_s) as scope:
+        scope.goto(star_at(scope, 10.0, 50.0, scope.clock.now() + 30.0))
         scope.wait(5.0)
         witness, start, line = ApoWitness(scope), scope._session.drive.start, scope.simulator.lines[1]
-        honest = line.receive
+        honest, silent = line.receive, False
+
+        def received(data, t):
+            nonlocal silent
+            silent |= b"DRIFT" in data and falls_silent == "before it is told"
+            return b"" if silent else honest(data, t)
 
         def started(*arguments):
+            nonlocal silent
             began = start(*arguments)
-            line.receive = lambda *_: b""
+            silent = True
             return began
 
-        scope._session.drive.start = started
+        line.receive, scope._session.drive.start = received, started
         with pytest.raises((TransportError, DriveError, Refused), match="altitude"):
-            scope.goto(star_at(scope, 150.0, 50.0, scope.clock.now() + 10.0))
+            scope.goto(star_at(scope, 10.0, 50.0, scope.clock.now() + 10.0))
         scope.wait(20.0)
         witness.now()
+        print(f"time-out {timeout_s} s, silent {falls_silent}: azimuth dry {scope.simulator.axes[0].record.dry}")
+        assert silent
         assert scope.simulator.axes[0].servo.velocity == 0.0
         assert not scope.simulator.axes[0].record.dry
         line.receive = honest

@@ -2,46 +2,44 @@
 
 import math
 import os
-import random
 import re
-import time
-from collections import Counter
 from dataclasses import replace
 
 import pytest
 from apo_bench import APACHE_POINT, MIDNIGHT
 from apo_dry import Exchange, could_have_been_given
 from apo_fault_bench import ApoLine, FaultWitness, seeded_events
+from fault_run import FaultRun, Reckoning
 from faults import Fault
 from rotator_bench import across_the_field
 from telescope_bench import star_at
 
 from clockdrive import Telescope, VirtualClock
-from clockdrive.errors import ClockdriveError, Refused
+from clockdrive.errors import Refused
 from mounts.errors import DriveError
-from pointing.errors import PointingError, Unreachable
+from pointing.errors import Unreachable
 from pointing.targets import FixedAltAz
-from transports.errors import TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "4"))
 FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
-OURS = (ClockdriveError, DriveError, PointingError, TransportError)
-REMEDY = re.compile(
-    r"`[a-z]|check|try again|again|find its cause|find the cause|wait|give|say --|set it", re.IGNORECASE
-)
 SETTLED_ARCSEC = 0.1
 SHORT_ARCSEC = (0.0, 5.0, 60.0, 3600.0)
 ROTATED_DEG = 1e-4  # by which what is said of the rotator may be off
 NEAR_PARK = (5.0, 48.0)  # azimuth and altitude
 
 
-class Run:
+class Run(FaultRun):
     """One seeded night's trouble."""
 
+    remedy = re.compile(
+        r"`[a-z]|check|try again|again|find its cause|find the cause|wait|give|say --|set it", re.IGNORECASE
+    )
+    lowest_deg = 22.0
+
     def __init__(self, seed, folder):
-        self.chance = chance = random.Random(seed)  # noqa: S311 - nothing secret
-        self.outcome, self.kinds = "", Counter()
+        super().__init__(seed)
+        chance = self.chance
         self.ways, self.worst_field, self.error = 0, 0.0, None
         kind = chance.choice(("apo", "sdss"))
         expiry = chance.choice(("halt", "extrapolate"))
@@ -70,16 +68,12 @@ class Run:
         self.witness = FaultWitness(self.scope, self.lines)
         self.witness.t0 = self.start
 
-    def go(self):
-        with self.scope:
-            try:
-                self.trouble()
-                self.afterwards()
-            except BaseException as error:
-                self.witness.fail(f"{type(error).__name__}: {error}")
-                raise
-            finally:
-                self.witness.check_dry()
+    @property
+    def name(self):
+        return f"{self.scope.simulator.kind}: {super().name}"
+
+    def last_look(self):
+        self.witness.check_dry()
 
     def trouble(self):
         """A goto, tracking for a minute, and short ways and other angles meanwhile, while things happen."""
@@ -87,6 +81,7 @@ class Run:
         target, begin = self.star(), scope.clock.now()
         span = chance.choice((15.0, 40.0, 80.0))
         events, self.kinds = seeded_events(self.witness, chance, begin, span)
+        self.happened.update(self.kinds)
         self.witness.plan(events)
         error = self.attempt(lambda: scope.goto(target))
         self.outcome = "arrived" if error is None else type(error).__name__
@@ -146,19 +141,6 @@ class Run:
         self.held_deg = angle
         return beside
 
-    def attempt(self, work):
-        """Do it; return the error, which must be ours and say what to do."""
-        try:
-            work()
-        except OURS as error:
-            if not REMEDY.search(str(error)) and not isinstance(error, Unreachable):  # which says by how much
-                self.witness.fail(f"no remedy in: {type(error).__name__}: {error}")
-            return error
-        except Exception as error:  # noqa: BLE001 - that is the claim
-            self.witness.fail(f"a bare {type(error).__name__}: {error}")
-            return error
-        return None
-
     def afterwards(self):
         """Do what the sentences say, then go somewhere and be there."""
         scope, done = self.scope, []
@@ -176,10 +158,8 @@ class Run:
             scope.wait(30.0)
             self.attempt(self.set_rotator)
         self.held_deg = 0.0
-        target = self.star()
-        error = self.attempt(lambda: scope.goto(target))
-        if error is not None:
-            self.witness.fail(f"after {', '.join(done) or 'nothing'}, goto says: {type(error).__name__}: {error}")
+        target = self.arrives(done)
+        if target is None:
             return
         scope.wait(5.0)
         self.is_on(target, "5 s after arrival it is")
@@ -208,56 +188,30 @@ class Run:
         x, y, z = planner.observed(self.witness.now())
         self.scope.sync(FixedAltAz(math.atan2(y, -x), math.asin(z)), "normal", force=True)
 
-    def star(self):
-        """Somewhere up that can be gone to."""
-        for _ in range(200):
-            altitude = math.degrees(math.asin(self.chance.uniform(math.sin(math.radians(22.0)), 0.97)))
-            target = star_at(self.scope, self.chance.uniform(0.0, 360.0), altitude)
-            try:
-                self.scope._session.plan(target)
-            except Unreachable:
-                continue
-            except (Refused, DriveError):
-                return target
-            return target
-        raise AssertionError("nowhere to go")
+    def may_go(self, target):
+        try:
+            self.scope._session.plan(target)
+        except Unreachable:
+            return False
+        except (Refused, DriveError):
+            pass
+        return True
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
 def test_every_axis_is_halted_or_tracking_and_no_position_silently_wrong_whatever_happens(tmp_path):
-    began = time.perf_counter()
-    happened, outcomes, broken = Counter(), Counter(), []
-    worst, field, readings, lost, ways, excused = (0.0, 0.0), 0.0, 0, 0, 0, 0
+    reckoning, field, ways, excused = Reckoning(), 0.0, 0, 0
     for seed in range(FIRST, FIRST + RUNS):
-        run = Run(seed, tmp_path / str(seed))
-        try:
-            run.go()
-        except Exception as error:  # noqa: BLE001 - told with all others
-            run.witness.fail(f"escaped: {error!r}")
-        if run.witness.broken:
-            broken.append(seed)
-            kinds = ", ".join(run.kinds)
-            print(
-                f"seed {seed} ({run.scope.simulator.kind}: {kinds}):",
-                *run.witness.broken[:6],
-                sep="\n    ",
-                flush=True,
-            )
-        happened += run.kinds
-        outcomes[run.outcome] += 1
-        worst = max(worst, run.witness.worst)
-        readings += run.witness.readings
-        lost += run.witness.unsynchronised
+        run = reckoning.take(Run(seed, tmp_path / str(seed)))
         field = max(field, run.worst_field)
         ways += run.ways
         excused += run.witness.excused
-    print(f"{RUNS} runs, {readings} readings ({lost} unsynchronised), {time.perf_counter() - began:.0f} s")
-    print("faults:", ", ".join(f"{kind} {count}" for kind, count in happened.most_common()))
-    print("outcomes:", "; ".join(f"{name} {count}" for name, count in outcomes.most_common()))
+    reckoning.tell()
+    reported, stated = reckoning.worst
     print(f"{ways} short ways; {excused} paths ran out while no node could have come")
-    print(f"worst |reported − true| {worst[0]:.6f}°, stated ±{worst[1]:.6f}°; a star 1° off the axis {field:.4f}″")
-    assert not broken
+    print(f"worst |reported − true| {reported:.6f}°, stated ±{stated:.6f}°; a star 1° off the axis {field:.4f}″")
+    assert not reckoning.broken
 
 
 def _dry_by_a_lossy_line(kind, seed, folder, spoil):

@@ -148,6 +148,29 @@ def test_is_refused_with_a_sentence_and_nothing_moves(words, code, said, kept, r
         assert each in text, text
 
 
+AWR = '[drive]\nkind = "awr"\nlink = "sim:"\n[simulator]\nfirmware = {}\n'
+WORDS = {
+    "drive set 2C 5": ["no register 2C", "00 to 1A, 3F or FF", "`drive show` lists them all"],
+    "drive set 1a 5": ["register 1a", "upper case here, 1A"],
+    "drive set 05 70000": ["guide_up_counts (05) = 70000", "give 16 to 65535"],
+    "drive set BF 1": ["BF is never written", "what may be written are 00 to 17, 19 and 1A"],
+}
+
+
+def test_words_of_an_awr_that_are_not_there_or_never_written_are_refused_with_what_may_be(written, refused):
+    file = written(AWR.format(0.77))
+    for words, said in WORDS.items():
+        text = refused(file, words, 1)
+        assert all(each in text for each in said), text
+
+
+def test_firmware_of_an_awr_that_is_too_old_is_refused_and_a_newer_one_named(written, refused, capsys):
+    text = refused(written(AWR.format(0.53)), "status", 1)
+    assert all(each in text for each in ("firmware 0.53 is older", "0.59 or later is needed", "ask AWR")), text
+    assert main(["-c", written(AWR.format(1.23)), "status"]) == 0
+    assert "firmware 1.23 is newer than 0.77, the last that the manual describes" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("words", USAGE)
 def test_a_command_that_does_not_exist_is_a_matter_of_usage(words, kept, capsys):
     with pytest.raises(SystemExit) as ended:
@@ -163,6 +186,8 @@ CONFIGURATIONS = {
     "no TOML": ("[site\n", ["not TOML"]),
     "no factory calibration": ('[drive]\nkind = "awr"\nlink = "COM3"\n[axis2]\nsteps_per_degree = 4000.0\n',
                                ["drive.sidereal_steps_per_s is missing", "printed on the calibration sheet"]),
+    "none of the other axis": ('[drive]\nkind = "awr"\nlink = "COM3"\nsidereal_steps_per_s = 50.0\n',
+                               ["axis2.steps_per_degree is missing", "as the calibration sheet of AWR has them"]),
     "a model that is not there": ('[mount]\npointing_model = "model.mod"\n', ["pointing_model", "model.mod"]),
     "limits the wrong way round": ("[axis1]\nmin_deg = 10.0\nmax_deg = -10.0\n", ["axis1"]),
     "a park outside the limits": ("[axis1]\npark_deg = 175.0\n",

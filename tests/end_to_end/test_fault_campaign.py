@@ -6,38 +6,33 @@ usable again by what its own sentences say.
 
 import math
 import os
-import random
 import re
-import time
-from collections import Counter
 
 import pytest
 from fault_bench import FaultyLine, Witness, seeded_events
-from telescope_bench import T0, star_at
+from fault_run import FaultRun, Reckoning
+from telescope_bench import T0
 
 from clockdrive import Telescope, VirtualClock
-from clockdrive.errors import ClockdriveError, Refused
-from mounts.errors import DriveError
-from pointing.errors import PointingError, Unreachable
+from clockdrive.errors import Refused
+from pointing.errors import Unreachable
 from pointing.targets import FixedAltAz
-from transports.errors import TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "16"))
 FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
-OURS = (ClockdriveError, DriveError, PointingError, TransportError)
-REMEDY = re.compile(r"`[a-z]|check|try again|again|find its cause|wait|close the other|give|say --", re.IGNORECASE)
 MOUNTS = ("equatorial-fork", "german", "altaz-fork")
 
 
-class Run:
+class Run(FaultRun):
     """One seeded night's trouble."""
 
+    remedy = re.compile(
+        r"`[a-z]|check|try again|again|find its cause|wait|close the other|give|say --", re.IGNORECASE
+    )
+
     def __init__(self, seed, folder):
-        self.seed = seed
-        self.chance = random.Random(seed)  # noqa: S311
-        self.happened = Counter()
-        self.outcome = ""
+        super().__init__(seed)
         chance = self.chance
         bits = chance.choice((0, 0, 14, 16))
         overrides = {
@@ -66,16 +61,6 @@ class Run:
         self.witness = Witness(self.scope, self.line)
         self.witness.t0 = self.start
 
-    def go(self):
-        with self.scope:
-            try:
-                self.trouble()
-                self.afterwards()
-            except BaseException as error:
-                self.witness.fail(f"{type(error).__name__}: {error}")
-                raise
-        return self.witness.broken
-
     def trouble(self):
         """A goto, and tracking for a minute, while things happen."""
         scope, chance = self.scope, self.chance
@@ -95,19 +80,6 @@ class Run:
 
     def progress(self, _):
         self.witness.check_status()
-
-    def attempt(self, work):
-        """Do it; return the error, which must be ours and say what to do."""
-        try:
-            work()
-        except OURS as error:
-            if not REMEDY.search(str(error)) and not isinstance(error, Unreachable):  # which says by how much
-                self.witness.fail(f"no remedy in: {type(error).__name__}: {error}")
-            return error
-        except Exception as error:  # noqa: BLE001 - that is the claim
-            self.witness.fail(f"a bare {type(error).__name__}: {error}")
-            return error
-        return None
 
     def afterwards(self):
         """Do what the sentences say, then go somewhere and be there."""
@@ -130,10 +102,7 @@ class Run:
             else:
                 break
             scope.wait(3.0)
-        target = self.star()
-        error = self.attempt(lambda: scope.goto(target, self.progress))
-        if error is not None:
-            self.witness.fail(f"after {', '.join(done) or 'nothing'}, goto says: {type(error).__name__}: {error}")
+        if self.arrives(done, self.progress) is None:
             return
         scope.wait(20.0)
         status = self.witness.check_status()
@@ -154,42 +123,20 @@ class Run:
         place = FixedAltAz(math.atan2(y, -x), math.asin(z))
         self.scope.sync(place, posture, force=True)
 
-    def star(self):
-        """Somewhere up that can be gone to."""
-        for _ in range(200):
-            altitude = math.degrees(math.asin(self.chance.uniform(math.sin(math.radians(20.0)), 0.97)))
-            target = star_at(self.scope, self.chance.uniform(0.0, 360.0), altitude)
-            try:
-                self.scope.plan(target)
-            except (Unreachable, Refused):
-                continue
-            return target
-        raise AssertionError("nowhere to go")
+    def may_go(self, target):
+        try:
+            self.scope.plan(target)
+        except (Unreachable, Refused):
+            return False
+        return True
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
 def test_the_position_is_right_or_called_unsynchronised_whatever_happens(tmp_path):
-    began = time.perf_counter()
-    happened, outcomes, broken = Counter(), Counter(), {}
-    worst, readings, lost = (0.0, 0.0, 0.0), 0, 0
+    reckoning = Reckoning()
     for seed in range(FIRST, FIRST + RUNS):
-        run = Run(seed, tmp_path / str(seed))
-        try:
-            run.go()
-        except Exception as error:  # noqa: BLE001 - told with all others
-            run.witness.fail(f"escaped: {error!r}")
-        if run.witness.broken:
-            broken[seed] = run
-        happened += run.happened
-        outcomes[run.outcome] += 1
-        worst = max(worst, run.witness.worst)
-        readings += run.witness.readings
-        lost += run.witness.unsynchronised
-    print(f"{RUNS} runs, {readings} readings ({lost} unsynchronised), {time.perf_counter() - began:.0f} s")
-    print("faults:", ", ".join(f"{kind} {count}" for kind, count in happened.most_common()))
-    print("outcomes:", "; ".join(f"{name} {count}" for name, count in outcomes.most_common()))
-    print(f"worst |reported − true| {worst[1]:.2f} counts, stated ±{worst[2]:.2f}")
-    for seed, run in broken.items():
-        print(f"seed {seed} ({', '.join(run.kinds)}):", *run.witness.broken[:6], sep="\n    ")
-    assert not broken
+        reckoning.take(Run(seed, tmp_path / str(seed)))
+    reckoning.tell()
+    print(f"worst |reported − true| {reckoning.worst[1]:.2f} counts, stated ±{reckoning.worst[2]:.2f}")
+    assert not reckoning.broken

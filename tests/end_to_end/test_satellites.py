@@ -6,9 +6,9 @@ import pytest
 from satellites import EPOCH_UTC, NO_DRAG, ORBITS, lines
 
 from clockdrive import Telescope, VirtualClock
-from clockdrive.answers import utc
 from clockdrive.cli import display
 from clockdrive.errors import Refused
+from clockdrive.utc import utc
 from pointing.instant import Instant
 from pointing.satellite import Satellite
 from pointing.tle import Tle

@@ -25,7 +25,20 @@ from mounts.awr.dead_man_frames import safe_frames as key_releases
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings as AwrSettings
 from mounts.deadman import DeadMan, DeadManError
-from mounts.deadman_process import ARM, ATTEMPTS, BEAT, DISARM, PAUSE_S, UNNEEDED, Orders, SafeFrame, Watch, make_safe
+from mounts.deadman_process import (
+    ARM,
+    ATTEMPTS,
+    BEAT,
+    DISARM,
+    EASE,
+    HASTEN,
+    PAUSE_S,
+    UNNEEDED,
+    Orders,
+    SafeFrame,
+    Watch,
+    make_safe,
+)
 from mounts.tc410.dead_man_frames import safe_frames
 from mounts.tc410.registers import COUNTS_PER_SECOND, by_name
 from mounts.tc410.simulator import SimulatedTC410
@@ -522,6 +535,16 @@ def test_it_acts_on_the_end_of_the_channel_only_when_armed(messages, reason):
         ours.close()
         assert reason in (found := Watch(theirs, 5.0).until_needed())
         assert bool(found) == bool(reason)
+
+
+@pytest.mark.parametrize(("message", "allowed_s"), [(EASE, 0.2), (HASTEN, 0.05), (ARM, 0.1)])
+def test_an_owner_may_be_silent_for_as_long_as_it_has_said_last(message, allowed_s):
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        ours.send(bytes((ARM, HASTEN, EASE, ARM, message)))
+        begun = time.monotonic()
+        assert Watch(theirs, 0.1, 0.05, 0.2).until_needed() == f"the owner was silent for {allowed_s:g} s"
+        assert time.monotonic() - begun >= allowed_s * 0.99
 
 
 def test_the_frames_of_the_tc410_clear_what_the_host_may_move_and_leave_the_rest():

@@ -10,7 +10,7 @@ from pointing.errors import PointingError, Unreachable
 from pointing.limits import Check
 from pointing.plan import AxisPlan, Plan, Start, Timing
 from pointing.rotator import Held, Hold, Rotator
-from pointing.rotator_plan import parked, rotator_path, with_rotator
+from pointing.rotator_plan import rotator_path, turned_to, with_rotator
 
 
 @dataclass(frozen=True)
@@ -124,14 +124,13 @@ def test_a_field_that_turns_faster_than_the_rotator_is_refused():
 
 def test_parking_takes_the_rotator_to_its_own_place_and_mounts_without_one_plan_as_ever():
     geometry, star, start, plan = planned(Hold("mount", 0.5))
-    there = parked(geometry, plan, start, TIMING).rotator
+    there = turned_to(geometry, plan, geometry.rotator.park, start, TIMING).rotator
     assert there.axis.target_counts == pytest.approx(-175.0)
     assert there.arrival == pytest.approx(TIME + 1.0 + 175.0 / 2.0)
     assert there.axis.rate_counts == 0.0
     bare = subject()
     plain = a_plan(star, TIME + 11.0)
     assert with_rotator(bare, plain, star, start, TIMING) is plain
-    assert parked(bare, plain, start, TIMING) is plain
     assert rotator_path(bare, plain, star) is None
 
 

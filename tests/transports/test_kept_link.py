@@ -4,7 +4,7 @@ import pytest
 
 from clockdrive.clock import VirtualClock
 from transports.errors import LinkError, NoAnswer
-from transports.kept_link import REOPEN_PAUSE_S, KeptLink
+from transports.kept_link import REOPEN_PAUSE_S, KeptLink, LinkAtNeed
 from transports.memory import MemoryLink
 
 T0 = 1_800_000_000.0
@@ -83,3 +83,15 @@ def test_a_line_that_never_falls_silent_is_not_waited_for():
     with pytest.raises(LinkError, match="babble: the line does not fall silent"):
         list(bench.kept.drained(Babbling(bench.clock), 0.1, T0 + 1.0))
     assert bench.clock.now() - T0 < 1.2
+
+
+def test_a_link_at_need_is_opened_once_until_it_is_closed_and_says_when_it_is_another():
+    bench, renewed = Bench(), []
+    link = LinkAtNeed(bench.open, lambda: renewed.append(bench.opened))
+    assert (link.name, bench.opened) == ("link not opened yet", 0)
+    assert link.opened() is link.opened()
+    link.close()
+    link.close()
+    name = link.name
+    assert link.opened().name == name
+    assert (bench.opened, renewed) == (2, [1, 2])

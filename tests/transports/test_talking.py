@@ -47,6 +47,17 @@ def test_what_is_said_unasked_comes_at_its_time_and_latency():
     assert [time - T0 for time, _ in come] == pytest.approx([0.51, 1.01, 1.51], abs=1e-6)
 
 
+def test_what_a_bad_line_swallows_whole_holds_up_nothing_behind_it():
+    class Swallowed(Ticking):
+        def says(self, until):
+            said = super().says(until)
+            return said and (said[0], b"" if said[1] == b"<0>" else said[1])
+
+    clock = VirtualClock(T0)
+    link = MemoryLink(Swallowed(T0, 0.01), clock, latency_s=0.0, baud=9600)
+    assert heard(link, clock, 0.05)[0] == (pytest.approx(T0 + 0.02 + 1 / 960, abs=1e-5), b"<")
+
+
 def test_on_a_slow_line_answers_and_what_is_said_take_turns_byte_by_byte():
     clock = VirtualClock(T0)
     link = MemoryLink(Ticking(T0, 0.1), clock, latency_s=0.0, baud=960)

@@ -4,18 +4,20 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from clockdrive.answers import Answer, utc
+from clockdrive.answers import Answer
 from clockdrive.axis_names import axis_of
 from clockdrive.configuration import Configuration
 from clockdrive.drives.apo.settings import NAMES, gearing
 from clockdrive.drives.by_hand import ByHand, told
 from clockdrive.errors import ArgumentError, InputError
+from clockdrive.utc import utc
 
 if TYPE_CHECKING:
     from mounts.apo.by_hand import Given
     from mounts.apo.clock_setting import ClockSet
     from mounts.apo.connecting import Setting
     from mounts.apo.drive import ApoDrive
+    from mounts.apo.readings import FiducialPassage
 
 _SETS_CLOCKS = "it sets the clocks of all controllers by their own NTP server, at rest: confirm it with --yes"
 _ASKING = frozenset({"STATUS", "ID", "HELP", "MS.DUMP"})
@@ -48,12 +50,26 @@ class ApoByHand(ByHand):
 
     def set_clocks(self, *, confirmed: bool) -> Answer:
         """Have the controllers set their clocks by NTP, at rest, and measure them afterwards."""
+        from mounts.apo.clock_setting import require_settable  # noqa: PLC0415 - only where a clock is set
+
+        require_settable(self._drive.kind)
         if not confirmed:
             raise InputError(f"`drive set-time`: {_SETS_CLOCKS}")
         session, drive = self.at_rest.session, self._drive
         answer = clocks_answer(self.at_rest.changing(lambda: drive.set_clocks(session.clock.now())))
         session.note("drive", answer["note"])
         return answer
+
+    def fiducials(self, axis: str | None) -> Answer:
+        """The last passages of fiducials of an axis, or of all."""
+        drive = self._drive
+        names = [each.name for each in drive.axes] if axis is None else [NAMES[axis_of(axis, len(drive.axes))]]
+        rows = [
+            {"axis": name, **_passage(each)} for name in names for each in drive.by_hand(name, "MS.DUMP").fiducials
+        ]
+        none = [name for name in names if not any(row["axis"] == name for row in rows)]
+        note = f"{' and '.join(none)}: no fiducial was passed since the controller started" if none else ""
+        return Answer({"ok": True, "fiducials": rows, "note": note})
 
 
 def given_by_hand(
@@ -73,20 +89,22 @@ def given_by_hand(
     if (risk := risk_of(text)) and not confirmed:
         raise InputError(f"{what.text}: {risk}; confirm it with --yes")
     given = drive.by_hand(axis, text) if what.name in _ASKING else within(lambda: drive.by_hand(axis, text))
-    passages = [
-        {
-            "utc": utc(each.time),
-            "position_deg": each.position_deg,
-            "velocity_deg_s": each.velocity_deg_s,
-            "error_deg": each.error_deg,
-            "edge": each.edge,
-            "correction_deg": each.correction_deg,
-        }
-        for each in given.fiducials
-    ]
+    passages = [_passage(each) for each in given.fiducials]
     lines = list(given.reply.lines)
     answer = {"ok": True, "axis": axis, "command": given.command.text, "lines": lines, "fiducials": passages}
     return Answer({**answer, "note": _set_note(axis, given.moved_deg)})
+
+
+def _passage(each: "FiducialPassage") -> dict[str, Any]:
+    """One edge of a fiducial, in the controller's degrees."""
+    return {
+        "utc": utc(each.time),
+        "position_deg": each.position_deg,
+        "velocity_deg_s": each.velocity_deg_s,
+        "error_deg": each.error_deg,
+        "edge": each.edge,
+        "correction_deg": each.correction_deg,
+    }
 
 
 def _set_note(axis: str, moved_deg: float | None) -> str:

@@ -6,8 +6,10 @@ from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from clockdrive.configuration import Configuration
-from clockdrive.drives.apo.settings import gearing, number, park_degrees, sections, settings, travel
+from clockdrive.drives.apo.settings import call_s, gearing, number, park_degrees, sections, settings, travel
+from clockdrive.drives.configured import baud, baud_of
 from clockdrive.errors import ConfigurationError
+from mounts.apo.settings import LEAD_S
 from pointing.plan import Axis, Timing
 
 if TYPE_CHECKING:
@@ -20,9 +22,6 @@ if TYPE_CHECKING:
     from mounts.apo.simulator import SimulatedObservatory
     from transports.link import Clock, Link
     from transports.memory import Device
-
-_SERIAL_BAUD = 9600
-_ATTEMPTS = 4  # answers waited for before a command is given up
 
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
@@ -42,13 +41,10 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
 
 def timing(configuration: Configuration) -> Timing:
     """How the configured axes move: each as soon as it can, and with the velocity of what it meets."""
-    from mounts.apo.slew_model import ApoSlewModel  # noqa: PLC0415 - a telescope has its models from its drive
-    from mounts.apo.ways import LEAD_S  # noqa: PLC0415 - likewise
+    from mounts.apo.slew_model import models_of  # noqa: PLC0415 - a telescope has its models from its drive
 
     wanted = settings(configuration)
-    one, two, *others = (
-        ApoSlewModel(axis.max_speed_deg_s, axis.acceleration_deg_s2, axis.jerk_deg_s3) for axis in wanted.axes
-    )
+    one, two, *others = models_of(wanted)
     return Timing((one, two), latency=LEAD_S, together=wanted.together, rotator=next(iter(others), None))
 
 
@@ -108,8 +104,7 @@ def by_hand(at_rest: "AtRest") -> "ApoByHand":
 def _lines(configuration: Configuration, clock: "Clock") -> "list[Line]":
     from transports.open_link import open_link  # noqa: PLC0415 - only where a link is opened
 
-    timeout_s = number(configuration, "drive.timeout_s")
-    return [_line(url, partial(open_link, url, clock), clock, timeout_s) for url in links(configuration)]
+    return [_line(url, partial(open_link, url, clock), clock, configuration) for url in links(configuration)]
 
 
 def links(configuration: Configuration) -> tuple[str, ...]:
@@ -130,27 +125,25 @@ def links(configuration: Configuration) -> tuple[str, ...]:
     return tuple(map(str, found.values()))
 
 
-def _line(url: str, opening: "Callable[[], Link]", clock: "Clock", timeout_s: float) -> "Line":
-    from mounts.apo.line import Line  # noqa: PLC0415 - likewise
-
-    _, _, options = url.partition("baud=")
-    baud = None if url.startswith("tcp:") else int(options) if options else _SERIAL_BAUD
-    return Line(opening, clock, baud=baud, timeout_s=timeout_s, deadline_s=_ATTEMPTS * timeout_s)
+def _line(url: str, opening: "Callable[[], Link]", clock: "Clock", configuration: Configuration) -> "Line":
+    return _patient(opening, clock, baud_of(url), configuration)
 
 
 def _simulated_lines(configuration: Configuration, clock: "Clock", devices: "tuple[Device, ...]") -> "list[Line]":
-    from mounts.apo.line import Line  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
+    from transports.memory import MemoryLink  # noqa: PLC0415 - only where one is used
 
-    latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
-    timeout_s = number(configuration, "drive.timeout_s")
-    return [
-        Line(
-            partial(MemoryLink, device, clock, latency_s=latency, baud=baud, name=f"sim:{i + 1}"),
-            clock,
-            baud=baud,
-            timeout_s=timeout_s,
-            deadline_s=_ATTEMPTS * timeout_s,
-        )
+    latency, speed = configuration.simulator.latency_s, baud(configuration)
+    links = [
+        partial(MemoryLink, device, clock, latency_s=latency, baud=speed, name=f"sim:{i + 1}")
         for i, device in enumerate(devices)
     ]
+    return [_patient(opening, clock, speed, configuration) for opening in links]
+
+
+def _patient(
+    opening: "Callable[[], Link]", clock: "Clock", speed: int | None, configuration: Configuration
+) -> "Line":
+    from mounts.apo.line import Line  # noqa: PLC0415 - a plan alone needs none
+
+    timeout_s = number(configuration, "drive.timeout_s")
+    return Line(opening, clock, baud=speed, timeout_s=timeout_s, deadline_s=call_s(configuration))

@@ -5,6 +5,7 @@ from fractions import Fraction
 from typing import Literal, cast
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives import configured
 from mounts.apo.controller import AXIS_WORDS
 from mounts.apo.settings import ApoSettings, AxisSettings
 from pointing.gearing import Gearing
@@ -12,6 +13,7 @@ from pointing.gearing import Gearing
 NAMES = ("azimuth", "altitude", "rotator")
 _SECTIONS = ("axis1", "axis2", "rotator")
 _DEGREE = Fraction(1)
+_ATTEMPTS = 4  # answers waited for before a command is given up
 
 
 def sections(configuration: Configuration) -> tuple[str, ...]:
@@ -43,7 +45,13 @@ def settings(configuration: Configuration) -> ApoSettings:
         stows=bool(values["drive.stow"]),
         together=values["drive.landing"] == "together",
         meaning=_meaning(configuration),
+        call_s=call_s(configuration),
     )
+
+
+def call_s(configuration: Configuration) -> float:
+    """Seconds that a call to a controller may take, with repeating it; the time of the line apart."""
+    return _ATTEMPTS * number(configuration, "drive.timeout_s")
 
 
 def travel(configuration: Configuration, section: str) -> tuple[float, float]:
@@ -81,15 +89,6 @@ def _axis(configuration: Configuration, section: str, name: str, word: str) -> A
 
 
 def _meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
+    """What must not change between a sync and the next goto."""
     gears = (gearing(configuration, section) for section in sections(configuration))
-    site = configuration.site
-    return "; ".join(
-        (
-            configuration.mount.type,
-            f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}",
-            *(f"{gear.centre_deg!r} {gear.reversed}" for gear in gears),
-        )
-    )
+    return configured.meaning(configuration, (f"{gear.centre_deg!r} {gear.reversed}" for gear in gears))

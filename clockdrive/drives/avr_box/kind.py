@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives.avr_box.figures import AvrBoxWords
 from clockdrive.drives.avr_box.sections import axes_of
-from clockdrive.drives.avr_box.settings import baud, gearings, meaning, park_counts, settings, slew_table
+from clockdrive.drives.avr_box.settings import gearings, meaning, park_counts, settings, slew_table
+from clockdrive.drives.configured import baud, opening
 from pointing.plan import Axis, ShortMoves, Timing, Trims
 
 if TYPE_CHECKING:
@@ -69,18 +70,9 @@ def drive(
     """Make the drive, not yet connected; the box holds no keys of the configuration."""
     from mounts.avr_box.box import Box  # noqa: PLC0415 - a plan alone needs no drive
     from mounts.avr_box.drive import AvrBoxDrive  # noqa: PLC0415 - likewise
-    from transports.link import Link  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
-    from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    speed = baud(configuration)
-
-    def opened() -> Link:
-        if lines:
-            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
-        return open_link(configuration.drive.link, clock)
-
-    return AvrBoxDrive(Box(opened, clock, speed), settings(configuration), memory, remember), configuration
+    box = Box(opening(configuration, clock, lines), clock, baud(configuration))
+    return AvrBoxDrive(box, settings(configuration), memory, remember), configuration
 
 
 def simulated(configuration: Configuration, time: float, snapshot: Mapping[str, object] | None) -> "SimulatedAvrBox":

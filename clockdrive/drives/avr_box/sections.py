@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from clockdrive.configuration import Configuration
 from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+from clockdrive.drives.own_sections import OwnSections
 from clockdrive.gear_teeth import GearTeeth
 
 
@@ -16,6 +16,7 @@ class AvrDrive(DriveSection):
     move_count: Literal["total", "half"]
     axis_bit: int
     guide_counts: int
+    busy: Literal["restart", "ignore"]
     north_reversed: bool
     pec: bool
     encoder_counts_per_turn: int
@@ -55,16 +56,6 @@ class AvrSimulator(SimulatorSection):
     index_pulse: bool
 
 
-def drive_of(configuration: Configuration) -> AvrDrive:
-    """`[drive]` of a configuration."""
-    return configuration.section(AvrDrive, "drive")
-
-
-def axes_of(configuration: Configuration) -> tuple[AvrAxis, AvrAxis]:
-    """`[axis1]` and `[axis2]` of a configuration."""
-    return configuration.section(AvrAxis, "axis1"), configuration.section(AvrAxis, "axis2")
-
-
-def simulator_of(configuration: Configuration) -> AvrSimulator:
-    """`[simulator]` of a configuration."""
-    return configuration.section(AvrSimulator, "simulator")
+_OWN = OwnSections(AvrDrive, AvrAxis, AvrAxis, AvrSimulator)
+drive_of, axes_of, simulator_of = _OWN.drive_of, _OWN.axes_of, _OWN.simulator_of
+"""These sections of a configuration."""

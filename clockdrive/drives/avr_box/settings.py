@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives import configured
 from clockdrive.drives.avr_box.sections import AvrAxis, axes_of, drive_of, simulator_of
+from clockdrive.drives.configured import parked
 from clockdrive.errors import ConfigurationError
 from pointing.gearing import Gearing
 
 if TYPE_CHECKING:
     from mounts.avr_box.settings import AvrSettings
-
-_DEFAULT_BAUD = 9600
 
 
 def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
@@ -50,11 +50,7 @@ def signs(configuration: Configuration) -> tuple[int, int]:
 
 def park_counts(configuration: Configuration) -> tuple[int, int]:
     """Where the axes stand when parked."""
-    one, two = (
-        round(gearing.counts(math.radians(section.park_deg)))
-        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
-    )
-    return one, two
+    return parked(gearings(configuration), axes_of(configuration))
 
 
 def slew_table(configuration: Configuration) -> tuple[int, ...]:
@@ -125,6 +121,7 @@ def settings(configuration: Configuration) -> "AvrSettings":
         move_count=drive.move_count,
         axis_bit=drive.axis_bit,
         guide_counts=drive.guide_counts,
+        busy=drive.busy,
         north_reversed=drive.north_reversed,
         pec=drive.pec,
         encoder_counts_per_turn=_encoder_counts(configuration),
@@ -134,20 +131,6 @@ def settings(configuration: Configuration) -> "AvrSettings":
 
 
 def meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
+    """What must not change between a sync and the next goto."""
     axes = (f"{gear.step_deg} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
-    site = configuration.site
-    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
-
-
-def baud(configuration: Configuration) -> int | None:
-    """The speed of the line, where it is a serial one."""
-    link = configuration.drive.link
-    if configuration.simulated:
-        return configuration.simulator.baud or None
-    if link.startswith("tcp:"):
-        return None
-    _, _, options = link.partition("baud=")
-    return int(options) if options else _DEFAULT_BAUD
+    return configured.meaning(configuration, axes)

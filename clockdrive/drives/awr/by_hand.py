@@ -11,6 +11,7 @@ from mounts.awr.errors import AwrError
 from mounts.awr.registers import by_name, shown, value_of
 
 if TYPE_CHECKING:
+    from mounts.awr.by_hand import ByHand as Hand
     from mounts.awr.drive import AwrDrive
 
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
@@ -23,33 +24,33 @@ class AwrByHand(ByHand):
     """Its words, relays and keys."""
 
     @property
-    def _drive(self) -> "AwrDrive":
-        return cast("AwrDrive", self.at_rest.session.drive)
+    def _hand(self) -> "Hand":
+        return cast("AwrDrive", self.at_rest.session.drive).hand
 
     def set(self, name: str, value: float | str, *, force: bool) -> Answer:  # noqa: ARG002 - nothing is risky
         """Switch a relay, at any time; or write a word in RAM, at rest."""
         relay = relay_of(name)
         if relay is None:
-            answer = self.at_rest.changing(lambda: word_set(self._drive, name, value))
+            answer = self.at_rest.changing(lambda: word_set(self._hand, name, value))
         else:
-            answer = relay_set(self._drive, relay, value)
+            answer = relay_set(self._hand, relay, value)
         self.at_rest.session.note("drive", f"{name} set to {value}")
         return answer
 
     def diff(self) -> Answer:
         """What RAM holds otherwise than the non-volatile memory."""
-        return differing(self._drive)
+        return differing(self._hand)
 
     def raw(self, axis: str, text: str, *, confirmed: bool) -> Answer:  # noqa: ARG002 - its way is checked
         """Hold a key for a time, if its way is allowed."""
-        drive, session, (name, speed, seconds) = self._drive, self.at_rest.session, key_of(axis, text)
+        hand, session, (name, speed, seconds) = self._hand, self.at_rest.session, key_of(axis, text)
 
         def work() -> dict[str, Any]:
-            one, two = drive.way_of(name, speed, seconds)
+            one, two = hand.way_of(name, speed, seconds)
             session.poll()
             first, second = (each.gearing.counts_per_radian * seconds for each in session.planner.axes)
             check_way(session, (one / first, two / second), seconds, f"{name} at {speed} speed")
-            return pressed(drive, name, speed, seconds)
+            return pressed(hand, name, speed, seconds)
 
         given = self.at_rest.changing(work)
         session.note("drive", given["command"])
@@ -57,14 +58,14 @@ class AwrByHand(ByHand):
 
     def save(self) -> Answer:
         """Have what was written in RAM kept for good."""
-        names = self.at_rest.changing(self._drive.commit)
+        names = self.at_rest.changing(self._hand.commit)
         return self.at_rest.done(f"committed to the non-volatile memory: {', '.join(names)}")
 
     def reload(self, *, confirmed: bool) -> Answer:
         """Have what was written in RAM forgotten."""
         if not confirmed:
             raise InputError(_CONFIRM_DISCARD)
-        self.at_rest.changing(self._drive.discard)
+        self.at_rest.changing(self._hand.discard)
         return self.at_rest.done("the soft writes are discarded")
 
 
@@ -84,7 +85,7 @@ def relay_of(name: str) -> int | None:
     return int(digits)
 
 
-def relay_set(drive: "AwrDrive", number: int, value: float | str) -> Answer:
+def relay_set(hand: "Hand", number: int, value: float | str) -> Answer:
     """Switch a relay.
 
     Raises
@@ -95,12 +96,12 @@ def relay_set(drive: "AwrDrive", number: int, value: float | str) -> Answer:
     word = str(value).strip().lower()
     if word not in _SWITCH:
         raise InputError(f"relay_{number} = {value}: give on or off")
-    drive.switch_relay(number, on=_SWITCH[word])
+    hand.switch_relay(number, on=_SWITCH[word])
     text = "on" if _SWITCH[word] else "off"
     return _answer(f"relay_{number}", text, "", "")
 
 
-def word_set(drive: "AwrDrive", name: str, value: float | str) -> Answer:
+def word_set(hand: "Hand", name: str, value: float | str) -> Answer:
     """Write a word in RAM.
 
     Raises
@@ -109,11 +110,11 @@ def word_set(drive: "AwrDrive", name: str, value: float | str) -> Answer:
         There is no such register, it is never written, or not so; lower-case digits.
     """
     register, number = by_name(name), value_of(value) if isinstance(value, str) else _whole(value)
-    before = drive.soft_write(register.name, number)
+    before = hand.soft_write(register.name, number)
     return _answer(register.name, shown(register, number), before, IN_RAM)
 
 
-def differing(drive: "AwrDrive") -> Answer:
+def differing(hand: "Hand") -> Answer:
     """What RAM holds otherwise than the non-volatile memory."""
     rows = [
         {
@@ -124,7 +125,7 @@ def differing(drive: "AwrDrive") -> Answer:
             "units": "is the non-volatile word",
             "unit_value": ram,
         }
-        for name, (ram, lasting) in drive.differing().items()
+        for name, (ram, lasting) in hand.differing().items()
     ]
     return Answer({"ok": True, "differences": rows})
 
@@ -147,9 +148,9 @@ def key_of(axis: str, text: str) -> tuple[str, str, float]:
     return words[0].upper(), words[1].lower(), seconds
 
 
-def pressed(drive: "AwrDrive", key: str, speed: str, seconds: float) -> dict[str, Any]:
+def pressed(hand: "Hand", key: str, speed: str, seconds: float) -> dict[str, Any]:
     """Hold a key for a time; whoever calls has seen that its way is allowed."""
-    drive.press(key, speed, seconds)
+    hand.press(key, speed, seconds)
     said = f"{key} was held at {speed} speed for {seconds:g} s"
     return {"ok": True, "command": said, "lines": [said], "fiducials": []}
 

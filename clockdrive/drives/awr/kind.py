@@ -9,7 +9,8 @@ from clockdrive.clock_watch import running_time
 from clockdrive.configuration import Configuration
 from clockdrive.drives.awr.figures import AwrWords
 from clockdrive.drives.awr.sections import axes_of, drive_of, simulator_of
-from clockdrive.drives.awr.settings import FASTEST_DEG_S, baud, gearings, meaning, park_counts, settings
+from clockdrive.drives.awr.settings import FASTEST_DEG_S, gearings, meaning, park_counts, settings
+from clockdrive.drives.configured import baud, opening
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from pointing.plan import Axis, Timing
@@ -18,18 +19,20 @@ if TYPE_CHECKING:
     from clockdrive.drives.awr.by_hand import AwrByHand
     from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
-    from mounts.awr.beside import Guardian
     from mounts.awr.drive import AwrDrive
     from mounts.awr.simulator import SimulatedAwr
+    from mounts.beside import Guardian
     from transports.link import Clock
     from transports.memory import Device
 
 _SILENCE_S = 0.7  # of an owner between two looks
+_EASY_S = 10.0  # likewise while only the drives go: 15' at most, at six times sidereal
 _HASTY_S = 0.12  # likewise while a release is near: with what the release takes, less than 0.2 s
 
 
 def axes(configuration: Configuration) -> tuple[Axis, Axis]:
     """Both axes in motor steps, with the travel that the configuration allows them: the unit knows no limits."""
+    drive = drive_of(configuration)
     one, two = (
         Axis(
             f"axis{i + 1}",
@@ -38,7 +41,7 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
             math.radians(section.max_deg),
             units="steps",
             fastest=math.radians(FASTEST_DEG_S),
-            words=AwrWords(),
+            words=AwrWords(i, drive.sidereal_steps_per_s, drive.drive_ra_counts, drive.drive_ra_postscaler),
         )
         for i, (gearing, section) in enumerate(zip(gearings(configuration), axes_of(configuration), strict=True))
     )
@@ -80,28 +83,24 @@ def drive(
     from mounts.awr.steady import SteadyClock  # noqa: PLC0415 - likewise
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
-    from transports.link import Link  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
-    from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
-    speed = baud(configuration)
+    timeout_s = drive_of(configuration).timeout_s
     if lines:
         guardian: Guardian = NobodyBeside()
-
-        def opened() -> Link:
-            return MemoryLink(lines[0], clock, latency_s=configuration.simulator.latency_s, baud=speed)
+        opened = opening(configuration, clock, lines)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
-            safe_frames(),
+            safe_frames(timeout_s),
             program="clockdrive.dead_man",
             silence_s=_SILENCE_S,
             hasty_s=_HASTY_S,
+            easy_s=_EASY_S,
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
         clock = SteadyClock(clock, running_time) if isinstance(clock, SystemClock) else clock
-        opened = dead_man.sharing(lambda: open_link(configuration.drive.link, clock))
-    unit = Unit(opened, clock, speed)
+        opened = dead_man.sharing(opening(configuration, clock, lines))
+    unit = Unit(opened, clock, baud(configuration), timeout_s)
     return AwrDrive(unit, settings(configuration), memory, remember, guardian), configuration
 
 
@@ -125,8 +124,10 @@ def memory_at_park(configuration: Configuration, time: float) -> dict[str, objec
         for name in ("frequency_unit", "acceleration_unit", "sidereal_steps_per_s")
     )
     seen = alike and not unit.reversed1, alike and not unit.reversed2
-    shown = Shown(settings(configuration).assumed, seen)
-    return at_park(park_counts(configuration), time, meaning(configuration), shown)
+    referenced, scaled = unit.rate_reference == drive.rate_reference, unit.postscaler == drive.postscaler
+    shown = Shown(settings(configuration).assumed, seen, referenced=referenced, scaled=scaled)
+    sides = -1.0 if unit.reversed1 else 1.0, -1.0 if unit.reversed2 else 1.0
+    return at_park(park_counts(configuration), time, meaning(configuration), shown, sides)
 
 
 def by_hand(at_rest: "AtRest") -> "AwrByHand":

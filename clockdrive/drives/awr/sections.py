@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from clockdrive.configuration import Configuration
 from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+from clockdrive.drives.own_sections import OwnSections
 
 
 @dataclass(frozen=True)
@@ -12,15 +12,28 @@ class AwrDriveSection(DriveSection):
     """`[drive]`."""
 
     sidereal_steps_per_s: float
+    drive_ra_counts: int | None
+    drive_ra_postscaler: int | None
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
+    reads_ram: bool
     press_jitter_s: float
     event_jitter_s: float
+    timeout_s: float
 
 
 @dataclass(frozen=True)
-class DeclinationSection(AxisSection):
+class AwrAxisSection(AxisSection):
+    """`[axis1]`."""
+
+    backlash_arcsec: float | None
+    backlash_sigma_arcsec: float
+
+
+@dataclass(frozen=True)
+class DeclinationSection(AwrAxisSection):
     """`[axis2]`."""
 
     steps_per_degree: float
@@ -33,6 +46,7 @@ class AwrSimulatorSection(SimulatorSection):
     frequency_unit: float
     acceleration_unit: float
     rate_reference: Literal["motor", "sky"]
+    postscaler: Literal["times", "plus-one"]
     sidereal_steps_per_s: float
     firmware: float
     reversed1: bool
@@ -44,19 +58,11 @@ class AwrSimulatorSection(SimulatorSection):
     byte_doubling: float
     byte_delay: float
     byte_delay_s: float
+    takes_up_backlash: bool
     reads_ram: bool
+    reads_plain: bool
 
 
-def drive_of(configuration: Configuration) -> AwrDriveSection:
-    """`[drive]` of a configuration."""
-    return configuration.section(AwrDriveSection, "drive")
-
-
-def axes_of(configuration: Configuration) -> tuple[AxisSection, DeclinationSection]:
-    """`[axis1]` and `[axis2]` of a configuration."""
-    return configuration.section(AxisSection, "axis1"), configuration.section(DeclinationSection, "axis2")
-
-
-def simulator_of(configuration: Configuration) -> AwrSimulatorSection:
-    """`[simulator]` of a configuration."""
-    return configuration.section(AwrSimulatorSection, "simulator")
+_OWN = OwnSections(AwrDriveSection, AwrAxisSection, DeclinationSection, AwrSimulatorSection)
+drive_of, axes_of, simulator_of = _OWN.drive_of, _OWN.axes_of, _OWN.simulator_of
+"""These sections of a configuration."""

@@ -1,11 +1,12 @@
 """What a configuration means for an AWR Microstep: steps a degree, and what its driver must know."""
 
-import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives import configured
 from clockdrive.drives.awr.sections import axes_of, drive_of
+from clockdrive.drives.configured import parked
 from pointing.gearing import Gearing
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 SIDEREAL_DEG_S = 360.0 / 86164.0905
 FASTEST_DEG_S = 4.0 * SIDEREAL_DEG_S  # of a drive, which goes on so when its program is gone: 1° a minute
 _NEAR_DEG = 5.0  # of a goto before anybody has seen that keys move the axes as configured
-_DEFAULT_BAUD = 9600
 
 
 def steps_per_degree(configuration: Configuration) -> tuple[float, float]:
@@ -33,11 +33,7 @@ def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
 
 def park_counts(configuration: Configuration) -> tuple[int, int]:
     """Where the axes stand when parked."""
-    one, two = (
-        round(gearing.counts(math.radians(section.park_deg)))
-        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
-    )
-    return one, two
+    return parked(gearings(configuration), axes_of(configuration))
 
 
 def settings(configuration: Configuration) -> "AwrSettings":
@@ -46,34 +42,33 @@ def settings(configuration: Configuration) -> "AwrSettings":
     from mounts.awr.uncertainty import Jitter  # noqa: PLC0415 - likewise
 
     drive = drive_of(configuration)
-    one, two = steps_per_degree(configuration)
+    one, two = per_degree = steps_per_degree(configuration)
+    sections = axes_of(configuration)
+    play1, play2 = (
+        None if section.backlash_arcsec is None else section.backlash_arcsec / 3600.0 * steps
+        for section, steps in zip(sections, per_degree, strict=True)
+    )
+    sigma1, sigma2 = (
+        section.backlash_sigma_arcsec / 3600.0 * steps for section, steps in zip(sections, per_degree, strict=True)
+    )
     return AwrSettings(
         sidereal_steps_per_s=drive.sidereal_steps_per_s,
         frequency_unit=drive.frequency_unit,
         acceleration_unit=drive.acceleration_unit,
         rate_reference=drive.rate_reference,
+        drive_ra=(drive.drive_ra_counts, drive.drive_ra_postscaler),
+        postscaler=drive.postscaler,
+        reads_ram=drive.reads_ram,
         jitter=Jitter(drive.press_jitter_s, drive.event_jitter_s),
         near=(one * _NEAR_DEG, two * _NEAR_DEG),
         fastest=(one * FASTEST_DEG_S, two * FASTEST_DEG_S),
         meaning=meaning(configuration),
+        plays=(play1, play2),
+        play_sigmas=(sigma1, sigma2),
     )
 
 
 def meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
+    """What must not change between a sync and the next goto."""
     axes = (f"{gear.counts_per_radian!r} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
-    site = configuration.site
-    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
-
-
-def baud(configuration: Configuration) -> int | None:
-    """The speed of the line, where it is a serial one."""
-    link = configuration.drive.link
-    if configuration.simulated:
-        return configuration.simulator.baud or None
-    if link.startswith("tcp:"):
-        return None
-    _, _, options = link.partition("baud=")
-    return int(options) if options else _DEFAULT_BAUD
+    return configured.meaning(configuration, axes)

@@ -27,20 +27,21 @@ def _settings(configuration: Configuration) -> SimulatorSettings:
     """One unit, of which a person's own differ by the keys of `[simulator]`."""
     section, drive, (one, _) = simulator_of(configuration), drive_of(configuration), axes_of(configuration)
     per_degree = steps_per_degree(configuration)
-    play = [round(section.backlash_arcsec / 3600.0 * steps) for steps in per_degree]
+    play1, play2 = (round(section.backlash_arcsec / 3600.0 * steps) for steps in per_degree)
     words = factory(
         drive.sidereal_steps_per_s,
         frequency_unit=section.frequency_unit,
         acceleration_unit=section.acceleration_unit,
         reversed1=one.reversed,
         rate_reference=section.rate_reference,
-        backlash=(play[0], play[1]),
+        backlash=(play1, play2) if section.takes_up_backlash else (0, 0),
     )
     return SimulatorSettings(
         sidereal_steps_per_s=section.sidereal_steps_per_s,
         frequency_unit=section.frequency_unit,
         acceleration_unit=section.acceleration_unit,
         rate_reference=section.rate_reference,
+        postscaler=section.postscaler,
         words=words,
         firmware=section.firmware,
         sense1=-1 if section.reversed1 else 1,
@@ -55,6 +56,8 @@ def _settings(configuration: Configuration) -> SimulatorSettings:
         byte_delay=section.byte_delay,
         byte_delay_s=section.byte_delay_s,
         reads_ram=section.reads_ram,
+        reads_plain=section.reads_plain,
+        plays=(play1, play2),
         worm_steps=per_degree[0] * 360.0 / _WORM_TURNS,
         seed=section.seed,
     )

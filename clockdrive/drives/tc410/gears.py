@@ -1,8 +1,7 @@
 """How the axes of a configuration turn a TC410's counts into angle."""
 
-import math
-
 from clockdrive.configuration import Configuration
+from clockdrive.drives.configured import parked
 from clockdrive.drives.tc410.sections import axes_of
 from mounts.tc410.registers import CENTRE
 from pointing.gearing import Gearing
@@ -27,8 +26,4 @@ def gearings(configuration: Configuration) -> tuple[Gearing, Gearing]:
 
 def park_counts(configuration: Configuration) -> tuple[int, int]:
     """Where the axes stand when parked."""
-    one, two = (
-        round(gearing.counts(math.radians(section.park_deg)))
-        for gearing, section in zip(gearings(configuration), axes_of(configuration), strict=True)
-    )
-    return one, two
+    return parked(gearings(configuration), axes_of(configuration))

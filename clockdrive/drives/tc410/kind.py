@@ -5,6 +5,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives.configured import opening
 from clockdrive.drives.kind import DEAD_MAN_LOG
 from clockdrive.drives.nobody_beside import NobodyBeside
 from clockdrive.drives.tc410.figures import Tc410Words
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from clockdrive.drives.by_hand import AtRest
     from clockdrive.drives.kind import Remember
     from clockdrive.drives.tc410.by_hand import Tc410ByHand
-    from mounts.tc410.direct import Guardian
+    from mounts.beside import Guardian
     from mounts.tc410.drive import TC410
     from mounts.tc410.simulator import SimulatedTC410
     from mounts.tc410.unit import Unit
@@ -74,14 +75,12 @@ def drive(
     from mounts.tc410.dead_man_frames import safe_frames  # noqa: PLC0415 - likewise
     from mounts.tc410.drive import TC410  # noqa: PLC0415 - likewise
     from mounts.tc410.unit import Unit  # noqa: PLC0415 - likewise
-    from transports.memory import MemoryLink  # noqa: PLC0415 - likewise
     from transports.modbus_ascii import ModbusAscii  # noqa: PLC0415 - likewise
-    from transports.open_link import open_link  # noqa: PLC0415 - likewise
 
+    opened = opening(configuration, clock, lines)
     if lines:
-        latency, baud = configuration.simulator.latency_s, configuration.simulator.baud or None
         guardian: Guardian = NobodyBeside()
-        modbus = ModbusAscii(lambda: MemoryLink(lines[0], clock, latency_s=latency, baud=baud), clock)
+        modbus = ModbusAscii(opened, clock)
     else:
         guardian = dead_man = DeadMan(
             configuration.drive.link,
@@ -90,7 +89,7 @@ def drive(
             silence_s=_SILENCE_S,
             log=configuration.state_directory / DEAD_MAN_LOG,
         )
-        modbus = ModbusAscii(dead_man.sharing(lambda: open_link(configuration.drive.link, clock)), clock)
+        modbus = ModbusAscii(dead_man.sharing(opened), clock)
         configuration = _completed(configuration, Unit(modbus))
     return TC410(modbus, settings(configuration), memory, remember, guardian), configuration
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from clockdrive.configuration import Configuration
 from clockdrive.configuration_keys import TC410_MICROSTEPS
 from clockdrive.configuration_sections import AxisSection, DriveSection, SimulatorSection
+from clockdrive.drives.own_sections import OwnSections
 from clockdrive.gear_teeth import GearTeeth
 
 
@@ -65,16 +65,6 @@ class Tc410Simulator(SimulatorSection):
     guide_velocity: int
 
 
-def drive_of(configuration: Configuration) -> Tc410Drive:
-    """`[drive]` of a configuration."""
-    return configuration.section(Tc410Drive, "drive")
-
-
-def axes_of(configuration: Configuration) -> tuple[Tc410Axis, Tc410Axis]:
-    """`[axis1]` and `[axis2]` of a configuration."""
-    return configuration.section(Tc410Axis, "axis1"), configuration.section(Tc410Axis, "axis2")
-
-
-def simulator_of(configuration: Configuration) -> Tc410Simulator:
-    """`[simulator]` of a configuration."""
-    return configuration.section(Tc410Simulator, "simulator")
+_OWN = OwnSections(Tc410Drive, Tc410Axis, Tc410Axis, Tc410Simulator)
+drive_of, axes_of, simulator_of = _OWN.drive_of, _OWN.axes_of, _OWN.simulator_of
+"""These sections of a configuration."""

@@ -3,6 +3,8 @@
 import math
 
 from clockdrive.configuration import Configuration
+from clockdrive.drives import configured
+from clockdrive.drives.configured import baud
 from clockdrive.drives.tc410.gears import gearings
 from clockdrive.drives.tc410.registers import named
 from clockdrive.drives.tc410.sections import axes_of, drive_of
@@ -11,7 +13,6 @@ from mounts.tc410.registers import CENTRE, of_axis
 from mounts.tc410.settings import AxisSettings, TC410Settings
 
 _LAST_COUNT = 2**24 - 1
-_DEFAULT_BAUD = 9600
 
 
 def settings(configuration: Configuration) -> TC410Settings:
@@ -37,7 +38,7 @@ def settings(configuration: Configuration) -> TC410Settings:
         axes=(axis(0), axis(1)),
         position_format=drive_of(configuration).position_format,
         slew_idle=drive_of(configuration).slew_idle,
-        baud=_baud(configuration),
+        baud=baud(configuration),
         meaning=_meaning(configuration),
         expected=tuple((name, value) for name, value in named(configuration) if not name.startswith("axis")),
     )
@@ -56,12 +57,9 @@ def travel(configuration: Configuration, index: int) -> tuple[float, float]:
 
 
 def _meaning(configuration: Configuration) -> str:
-    """What must not change between a sync and the next goto; the embedded simulator changes with it."""
-    if configuration.simulated:
-        return ""
+    """What must not change between a sync and the next goto."""
     axes = (f"{gear.step_deg} {gear.centre_deg!r} {gear.reversed}" for gear in gearings(configuration))
-    site = configuration.site
-    return "; ".join((configuration.mount.type, f"{site.latitude_deg:.3f} {site.longitude_deg:.3f}", *axes))
+    return configured.meaning(configuration, axes)
 
 
 def _encoder(configuration: Configuration, index: int) -> Encoder | None:
@@ -75,14 +73,3 @@ def _encoder(configuration: Configuration, index: int) -> Encoder | None:
         zero_counts=CENTRE if section.encoder_zero_at == "centre" else 0,
         reversed=section.encoder_reversed,
     )
-
-
-def _baud(configuration: Configuration) -> int | None:
-    """Return the speed of the line, where it is a serial one."""
-    link = configuration.drive.link
-    if configuration.simulated:
-        return configuration.simulator.baud or None
-    if link.startswith("tcp:"):
-        return None
-    _, _, options = link.partition("baud=")
-    return int(options) if options else _DEFAULT_BAUD

@@ -2,6 +2,8 @@
 
 import json
 import re
+import signal
+import subprocess
 import sys
 import zipfile
 from datetime import UTC, datetime
@@ -13,7 +15,7 @@ from astropy.table import Table
 from mpc_lines import COMETS
 from satellites import NO_DRAG, lines
 
-from clockdrive.cli import display, main
+from clockdrive.cli import command_line, display, main
 from pointing import kernel
 
 SITE = """
@@ -291,7 +293,8 @@ def test_offsets_are_shown_added_and_cleared(answer, run):
 def test_sync_says_what_it_did(run, answer):
     code, out, _ = run("sync hadec:0.5,-42")
     assert code == 0
-    assert out.startswith("synchronised on hadec:0.5,-42, by ")
+    said = re.fullmatch(r"synchronised on hadec:0\.5,-42, axis1 by (.*)″ and axis2 by (.*)″\n", out)
+    assert [float(each) for each in said.groups()] == [pytest.approx(each, abs=0.6) for each in (1800.0, 1440.0)]
     code, refused = answer("sync hadec:-20,-42")
     assert code == 1
     assert "--force" in refused["reason"]
@@ -412,3 +415,67 @@ def test_a_satellite_that_needs_this_program_is_not_left_behind_by_a_goto_that_r
     assert "--for 5m" in reason
     status = json.loads(run("status --json")[1])
     assert [axis["counts"] for axis in status["axes"]] == [0x800000 + 0.5] * 2
+
+
+LOADED_FOR_NOTHING = (
+    *("astropy", "scipy", "ruckig", "matplotlib", "rich", "serial", "pymodbus", "asyncio", "multiprocessing"),
+    *("sqlite3", "importlib.metadata", "sgp4", "jplephem", "clockdrive.telescope", "clockdrive.owner"),
+    *("clockdrive.weather", "clockdrive.cli.fit_command", "pointing.satellite", "pointing.offset", "transports.link"),
+    *("mounts.apo", "mounts.avr_box", "mounts.awr", "mounts.drive", "mounts.tc410.unit"),
+)
+
+
+def test_a_plan_from_given_counts_loads_no_link_no_owner_and_no_other_drive():
+    words = ("plan", "05:34:31.9 +22:00:52", "--at", "2026-11-22T13:00:00Z", "--from", "8388608,8388608", "--json")
+    code = (
+        f"import sys; from clockdrive.cli import main; main({words!r}); "
+        f"print([name for name in {LOADED_FOR_NOTHING!r} if name in sys.modules], len(sys.modules), file=sys.stderr)"
+    )
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    print(run.stderr)
+    assert json.loads(run.stdout)["ok"]
+    assert "[] " in run.stderr
+
+
+INTERRUPTED_LOADING = """
+import sys
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == sys.argv[1]:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupting())
+from clockdrive.cli import main
+sys.exit(main(["status"]))
+"""
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["clockdrive.cli.command_line", "clockdrive.cli.commands", "clockdrive.configuration", "pointing.errors"],
+)
+def test_an_interruption_while_the_command_is_loaded_ends_it_without_a_word(module):
+    command = [sys.executable, "-P", "-c", INTERRUPTED_LOADING, module]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_an_interruption_that_a_compiled_module_takes_for_its_own_failure_is_one_all_the_same(monkeypatch, capsys):
+    def loading(_args):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("numpy._core.multiarray failed to import") from None
+
+    monkeypatch.setitem(command_line.COMMANDS, "status", loading)
+    assert main(["status"]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_what_a_running_owner_answers_needs_no_mathematics_here():
+    code = (
+        "import sys, clockdrive.cli.command_line, clockdrive.cli.commands, clockdrive.owner; "
+        "import clockdrive.control_socket; "
+        "print([name for name in ('numpy', 'erfa', 'astropy') if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert run.stdout == "[]\n"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from clockdrive import VirtualClock, telescope
+from clockdrive import VirtualClock
 from clockdrive.cli import main
 
 CONFIGURATION = """
@@ -47,7 +47,7 @@ def file(tmp_path):
 def run(capsys, monkeypatch):
     def runs(*words, typed=""):
         monkeypatch.setattr("sys.stdin", io.StringIO(typed))
-        monkeypatch.setattr(telescope, "SystemClock", lambda: VirtualClock(1_800_000_000.0))
+        monkeypatch.setattr("clockdrive.telescope.parts.SystemClock", lambda: VirtualClock(1_800_000_000.0))
         code = main([str(word) for word in words])
         done = capsys.readouterr()
         assert "Traceback" not in done.err, done.err

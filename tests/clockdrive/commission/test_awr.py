@@ -11,6 +11,10 @@ CASES = [
     ({"simulator.acceleration_unit": 2.0}, {"acceleration unit": 2.0}),
     ({"simulator.rate_reference": "sky"}, {"rate reference": "sky"}),
     ({"simulator.reversed2": True}, {"axis2 sense": True}),
+    (
+        {"simulator.backlash_arcsec": 60.0, "simulator.takes_up_backlash": False, "axis2.backlash_arcsec": 60.0},
+        {"axis1 backlash": 60.0},
+    ),
 ]
 
 
@@ -26,7 +30,7 @@ def test_what_is_opposite_is_refuted_with_what_it_is_and_all_else_confirmed(tmp_
         for name, value in expected.items():
             assert refuted[name] == (pytest.approx(value, rel=0.03) if isinstance(value, float) else value)
         scope.wait(1.0)
-        assert scope.status().json["synchronised"] is (not set(refuted) - {"axis2 sense"})
+        assert scope.status().json["synchronised"] is (not set(refuted) - {"axis2 sense", "axis1 backlash"})
         assert not scope.simulator.wear
         assert scope.simulator.keys == [0, 0]
 

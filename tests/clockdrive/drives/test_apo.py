@@ -4,10 +4,12 @@ import pytest
 from apo_bench import apo_telescope
 from telescope_bench import star_at
 
+from clockdrive.cli.drive_command import _TEXTS
 from clockdrive.configuration import load
 from clockdrive.errors import ConfigurationError, InputError, Refused
 from mounts.apo.status_word import mask_of
 from mounts.errors import DriveError, DriveRefused
+from pointing.errors import Unreachable
 from transports.errors import NoAnswer
 
 
@@ -100,11 +102,35 @@ def test_clocks_are_set_when_confirmed_and_measured_afterwards(tmp_path):
         assert "azimuth" in scope.status()["alarms"][0]
         assert scope.drive.set_clocks(confirmed=True)["clocks"][0]["before_s"] is None
         assert not scope.status()["alarms"]
-    with (
-        apo_telescope("apo", tmp_path / "apo") as scope,
-        pytest.raises(DriveRefused, match="kind apo have no command that sets their clocks"),
-    ):
-        scope.drive.set_clocks(confirmed=True)
+    with apo_telescope("apo", tmp_path / "apo") as scope:
+        for confirmed in (True, False):
+            with pytest.raises(DriveRefused, match="kind apo have no command that sets their clocks"):
+                scope.drive.set_clocks(confirmed=confirmed)
+        with pytest.raises(Unreachable, match=r"axis2 at 0\.000° is .* outside .*`park` goes to park_deg instead"):
+            scope.home()
+
+
+@pytest.mark.parametrize("kind", ["apo", "sdss"])
+def test_fiducials_tell_by_how_much_the_position_of_each_axis_is_off(kind, tmp_path):
+    with apo_telescope(kind, tmp_path) as scope:
+        azimuth = scope.simulator.axes[0]
+        azimuth.slip = 0.01
+        azimuth._watch()
+        assert scope.drive.fiducials()["note"] == (
+            "azimuth and altitude: no fiducial was passed since the controller started"
+        )
+        scope.jog("azimuth", 1.0, 20.0)
+        found = scope.drive.fiducials()
+        rows = found["fiducials"]
+        print(table := _TEXTS["fiducials"](found.json))
+        assert [line.split()[0] for line in table.splitlines()] == ["axis", *(len(rows) * ["azimuth"]), "altitude:"]
+        assert {row["axis"] for row in rows} == {"azimuth"}
+        assert found["note"].startswith("altitude: no fiducial")
+        assert [row["error_deg"] for row in rows] == [pytest.approx(0.01, abs=1e-5)] * len(rows)
+        assert rows == scope.drive.fiducials("az")["fiducials"]
+        assert not scope.drive.fiducials("axis2")["fiducials"]
+    with apo_telescope("tc410", tmp_path / "other") as scope, pytest.raises(Refused, match="tc410 has no fiducials"):
+        scope.drive.fiducials()
 
 
 def test_what_controllers_do_not_have_is_said_with_what_they_have(tmp_path):

@@ -14,7 +14,8 @@ from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from clockdrive.drives import kind_of
 from clockdrive.drives.avr_box.sections import axes_of
-from clockdrive.drives.avr_box.settings import baud, gearings, park_counts, settings, worm_steps
+from clockdrive.drives.avr_box.settings import gearings, park_counts, settings, worm_steps
+from clockdrive.drives.configured import baud
 from clockdrive.errors import ConfigurationError
 from transports.serve import serve
 

@@ -73,16 +73,43 @@ def test_a_drifting_clock_is_no_step_and_is_followed():
     assert found.at(1_800_000_609.0) == pytest.approx(0.05 + 609 * 1e-4, abs=0.0006)
 
 
-@pytest.mark.parametrize("ppm", [50.0, -50.0])
-def test_a_gain_is_known_after_half_a_minute_of_a_slews_looks(ppm):
+def seen_at_a_slew(ppm, assumed_ppm, looks):
+    """A clock that gains, seen four times a second; and by how much 40 s later is missed, seconds."""
     found, chance = ClockOffset(), random.Random(3)  # noqa: S311 - nothing secret
-    for k in range(120):
+    found.assumed_gain = 1e-6 * assumed_ppm
+    for k in range(looks):
         sent = 1_800_000_000.0 + 0.25 * k + chance.uniform(0.0, 0.001)
         found.see(round((sent + 0.001) + 1e-6 * ppm * 0.25 * k, 3), sent, sent + 0.002)
-    due = 1_800_000_030.0 + 40.0
-    missed = found.at(due) - 1e-6 * ppm * 70.0
-    print(f"{ppm:+g} ppm: {1e3 * missed:+.3f} ms off 40 s later")
-    assert abs(missed) < 3e-4
+    later = 0.25 * looks + 40.0
+    missed = found.at(1_800_000_000.0 + later) - 1e-6 * ppm * later
+    print(f"{ppm:+g} ppm, assumed {assumed_ppm:+g}, {looks} looks: {1e3 * missed:+.3f} ms off 40 s later")
+    return found, missed
+
+
+@pytest.mark.parametrize("ppm", [50.0, -50.0])
+@pytest.mark.parametrize("assumed_ppm", [0.0, 20.0])
+def test_a_gain_is_known_after_half_a_minute_of_a_slews_looks(ppm, assumed_ppm):
+    assert abs(seen_at_a_slew(ppm, assumed_ppm, 120)[1]) < 3e-4
+
+
+@pytest.mark.parametrize("ppm", [50.0, -50.0, 5.0])
+@pytest.mark.parametrize("looks", [12, 120])
+def test_a_gain_that_a_clock_had_before_is_assumed_from_the_first_looks_on(ppm, looks):
+    assert abs(seen_at_a_slew(ppm, ppm, looks)[1]) < 3e-4
+
+
+def test_a_right_clock_does_not_gain_by_the_steps_of_its_rounding():
+    found = ClockOffset()
+    for k in range(160):
+        sent, step = 1_800_000_000.0 + 0.25 * k, -0.00045 if k < 80 else 0.00045
+        found.see(sent + 0.001 + step, sent, sent + 0.002)
+    assert found.value == found.line.gain == 0.0
+
+
+@pytest.mark.parametrize("assumed_ppm", [50.0, -50.0])
+def test_a_clock_that_no_longer_gains_is_believed_after_half_a_minute(assumed_ppm):
+    found, missed = seen_at_a_slew(0.0, assumed_ppm, 120)
+    assert found.value == found.line.gain == missed == 0.0
 
 
 def test_a_gain_at_the_edge_of_being_one_does_not_come_and_go():

@@ -17,7 +17,6 @@ from mounts.apo.node_queue import PathNode
 from mounts.apo.settings import ApoSettings, AxisSettings
 from mounts.apo.simulator import SimulatedObservatory
 from mounts.apo.simulator_settings import HARDWARE, SimulatorSettings
-from mounts.apo.slew_model import SHORTEST_S
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
 from transports.errors import LinkError, TransportError
@@ -30,7 +29,17 @@ NAMES = ("azimuth", "altitude", "rotator")
 class Bench:
     """A drive on simulated controllers, and the clock between them."""
 
-    def __init__(self, kind="apo", axes=2, memory=None, positions=(10.0, 45.0, 0.0), time=T0, room=32, **settings):
+    def __init__(
+        self,
+        kind="apo",
+        axes=2,
+        memory=None,
+        positions=(10.0, 45.0, 0.0),
+        time=T0,
+        room=32,
+        timeout_s=0.5,
+        **settings,
+    ):
         self.clock = VirtualClock(time)
         hardware = HARDWARE[kind][:axes]
         self.device = SimulatedObservatory(kind, SimulatorSettings(**settings), time, hardware, positions[:axes])
@@ -45,8 +54,12 @@ class Bench:
             ),
             on_expiry=settings.get("on_expiry", "halt"),
             max_nodes=room,
+            call_s=4.0 * timeout_s,
         )
-        self.lines = [Line(lambda i=i: self.opened(i), self.clock) for i in range(len(self.device.lines))]
+        self.lines = [
+            Line(lambda i=i: self.opened(i), self.clock, timeout_s=timeout_s, deadline_s=4.0 * timeout_s)
+            for i in range(len(self.device.lines))
+        ]
         shared = kind == "sdss"
         controllers = (
             Controller(self.lines[0 if shared else i], kind, axis.word if shared else "")
@@ -346,12 +359,13 @@ def test_a_target_is_followed_by_a_clock_that_gains_as_by_one_that_is_right(ppm)
 
 
 @pytest.mark.parametrize("silent", ["DRIFT", "MOVE"])
-def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silent):
-    bench = Bench().connected()
+@pytest.mark.parametrize("timeout_s", [0.1, 0.5, 1.5, 2.0])
+def test_a_short_slew_of_one_axis_does_not_end_while_another_is_waited_for(silent, timeout_s):
+    bench = Bench(timeout_s=timeout_s).connected()
     path = Circle((14.0, 50.0), period=20_000.0)
     bench.follow(path, 30.0)
     bench.loses = lambda i, data: "command" if i == 1 and data.startswith(silent.encode()) else ""
-    arrival = bench.clock.now() + bench.drive.start_latency + SHORTEST_S
+    arrival = bench.clock.now() + bench.drive.start_latency + bench.settings.shortest_slew_s
     slews = [AxisSlew(*state, arrival=arrival) for state in path.at(arrival)]
     with pytest.raises(TransportError, match="altitude"):
         bench.drive.start(slews, bench.clock.now())

@@ -26,11 +26,12 @@ from clockdrive.clock import VirtualClock
 from mounts.avr_box.box import Box
 from mounts.avr_box.commands import COMMANDS, AvrBoxError
 from mounts.avr_box.following import LAGS_S, MOST_BESIDE_ARCSEC_S
-from mounts.avr_box.memory import NEVER, UNREADABLE, at_park
+from mounts.avr_box.memory import at_park
 from mounts.avr_box.pec import PeriodicError, table
 from mounts.avr_box.runaway import Runaway
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised, WrongProtocol
+from mounts.remembered import NEVER, UNREADABLE
 from transports.errors import NoAnswer
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
@@ -299,7 +300,7 @@ def test_no_bin_is_set_whose_byte_could_be_taken_for_a_command(letter):
             bench.drive.set_pec("pec_zero" if letter == "Z" else "pec_bin", number)
             bench.read()
     assert bench.box.moving == (False, False)
-    assert bench.drive.supervision.alarms == ()
+    assert bench.drive.supervision.standing.alarms == ()
     with pytest.raises(AvrBoxError, match="the command 'M'"):
         bench.drive.set_pec("pec_zero", 77)
 

@@ -9,12 +9,12 @@ from avr_faults import switch_off_and_on
 
 from mounts.avr_box.answers import Pair
 from mounts.avr_box.commands import ASK_ENCODERS, COMMANDS
-from mounts.avr_box.memory import NEVER
+from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
-from mounts.avr_box.supervision import ABSENT, MAY_RUN, SWITCHED
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
-from transports.errors import LinkError
+from mounts.remembered import NEVER
+from transports.errors import LinkError, NoAnswer
 
 
 def opened(**changes):
@@ -61,7 +61,8 @@ def test_a_motor_that_misses_steps_either_way_falls_short_and_each_slew_goes_on_
     print(f"\n5 % of the fast steps missed: {first:.0f} microsteps short, after another slew {second:.0f}")
     assert abs(bench.true()[1]) < 500_000.0
     assert 15_000.0 < first < 25_000.0
-    assert second < 2.0 * COUNT[1]
+    assert second < 0.05 * first + 1.5 * COUNT[1]  # what this one missed, and how well it was known where it began
+    assert within(bench)
     assert "ran where it was not sent" not in " ".join(bench.drive.notes)
 
 
@@ -153,12 +154,13 @@ def test_a_power_cut_in_a_slew_is_noticed_before_it_can_end_on_its_target(cut_s)
     here = tuple(round(each) for each in bench.true())
     fresh = SimulatedAvrBox(bench.box.settings, bench.clock.now(), bench.box.steps_per_turn, positions=here)
     bench.box.__dict__.update(fresh.__dict__)
-    told, cut = "", bench.clock.now()
-    while not told and any(axis.slewing for axis in bench.read().axes):
+    reading, cut = bench.read(), bench.clock.now()
+    while not reading.unsynchronised and any(axis.slewing for axis in reading.axes):
         bench.clock.sleep(0.25)
-        told = bench.read().unsynchronised
+        reading = bench.read()
     print(f"\ncut after {cut_s} s: told {bench.clock.now() - cut:.1f} s later")
-    assert told == SWITCHED
+    assert reading.unsynchronised == SWITCHED
+    assert not any(axis.slewing for axis in reading.axes)
 
 
 @pytest.mark.parametrize("where", [(60_000.0, 50_000.0), (-700_000.0, 4000.0)])
@@ -239,6 +241,46 @@ def test_a_box_that_ignores_moves_while_it_moves_raises_an_alarm_when_it_runs_aw
     assert "switch the box off now" in reading.unsynchronised
 
 
+@pytest.mark.parametrize("true", ["restart", "ignore"])
+def test_where_no_move_ends_another_a_runaway_is_an_alarm_and_is_sent_nothing(true):
+    bench = Bench(replace(SETTINGS, busy="ignore"), like(busy=true))
+    bench.connect()
+    bench.slew(1000.0, 1000.0)
+    begun, begin = [], bench.box._begin
+    bench.box._begin = lambda *move: begun.append(move) or begin(*move)
+    bench.box.receive(b"M\x00\x00\x00\x01\x02", bench.clock.now())
+    began = bench.clock.now()
+    while not (reading := bench.read()).alarms:
+        bench.clock.sleep(0.25)
+    print(f"\nan alarm {bench.clock.now() - began:.1f} s after it began to run")
+    assert bench.clock.now() - began < 8.0  # three seconds may be a hand controller
+    assert reading.alarms == ("axis 2 runs away",)
+    assert "no move ends it: switch the box off now" in reading.unsynchronised
+    for _ in range(20):
+        bench.read()
+        bench.clock.sleep(0.25)
+    assert len(begun) == 1
+
+
+@pytest.mark.parametrize("encoders", [20000, 0])
+def test_where_no_move_ends_another_silence_after_one_is_never_broken_until_a_sync(encoders):
+    lines = []
+    bench = Bench(
+        replace(SETTINGS, busy="ignore", encoder_counts_per_turn=encoders),
+        line=lambda device: lines.append(Failing(device)) or lines[-1],
+    )
+    bench.connect()
+    bench.drive.start([AxisSlew(50_000.0, SIDEREAL), AxisSlew(0.0)], bench.clock.now())
+    lines[0].deaf = True
+    bench.drive._moves.prove()
+    lines[0].carried = 0
+    for _ in range(20):
+        reading = bench.read()
+        bench.clock.sleep(0.5)
+    assert lines[0].carried == 0
+    assert "Switch the box off and on, then `sync`" in reading.unsynchronised
+
+
 def test_a_runaway_after_a_mutilated_move_is_ended_and_its_place_known():
     bench = opened()
     bench.slew(1000.0, 1000.0)
@@ -260,7 +302,7 @@ def test_a_runaway_is_ended_though_nobody_knows_where_the_axes_are(axis, never):
     bench = Bench(memory={} if never else None)
     bench.connect()
     if not never:
-        bench.drive.supervision._lose(SWITCHED)
+        bench.drive.supervision.standing.lose(SWITCHED)
     bench.read()
     bench.box.receive(b"M\x00\x00\x00\x10" + bytes((2 * (axis - 1),)), bench.clock.now())
     began = bench.true()[axis - 1]
@@ -273,6 +315,44 @@ def test_a_runaway_is_ended_though_nobody_knows_where_the_axes_are(axis, never):
     assert 360.0 * turns < 1.5
     assert reading.alarms == ()
     assert reading.unsynchronised == (NEVER if never else SWITCHED)
+
+
+class Lying:
+    """A line that says something else in answer to some questions, in turn."""
+
+    def __init__(self, device):
+        self.device, self.lies = device, []
+
+    def receive(self, data, t):
+        answer = self.device.receive(data, t)
+        return (self.lies.pop(0) or answer) if answer and self.lies else answer
+
+
+@pytest.mark.parametrize(
+    ("lies", "ends"),
+    [
+        (["x", "", "y", "", "z"], ""),
+        (["x", "", "y", "z", "u", ""], ""),  # the last answer of three agrees with none
+        (list("xyzuvwabcdef"), "no two of which can be right"),
+    ],
+)
+def test_an_answer_that_no_other_one_agrees_with_is_never_believed(lies, ends):
+    lines = []
+    bench = Bench(line=lambda device: lines.append(Lying(device)) or lines[-1])
+    bench.connect()
+    bench.slew(60_000.0, 50_000.0)
+    bench.drive._box.trust.flawed()
+    lines[0].lies = [b"%+06d\t%+06d\r" % (400 + 60 * ord(lie), 9 * ord(lie)) if lie else b"" for lie in lies]
+    said = ""
+    for _ in range(4):
+        try:
+            assert within(bench)
+        except NoAnswer as none:
+            said = str(none)
+        bench.clock.sleep(0.25)
+    assert ends in said if ends else not said
+    assert within(bench)
+    assert bench.read().unsynchronised == ""
 
 
 class Failing:

@@ -1,12 +1,13 @@
 """How surely it is stated where a box is: its line, its clock and its assumptions may be otherwise than they seem."""
 
+import re
 from dataclasses import replace
 
 import pytest
 from avr_bench import SETTINGS, SIDEREAL, Bench, Line, coarser_table, like
 from avr_faults import Watch
 
-from mounts.avr_box.supervision import BAD_LINE, STEPPED
+from mounts.avr_box.reasons import BAD_LINE, CREEPS, STEPPED
 from mounts.avr_box.trust import BELIEVED, GUIDES, MOVES, Trust
 
 BLIND = replace(SETTINGS, encoder_counts_per_turn=0)
@@ -50,6 +51,9 @@ OPPOSITE = {
     "north": {"north_reversed": True},
     "guide counts": {"guide_counts": 8},
     "busy": {"busy": "ignore"},
+    "table clocks": {"table_clocks": "byte"},
+    "single steps": {"fine_compare": 63},
+    "interrupted": {"interrupted": "kept"},
     "crystal": {"clock_drift_ppm": 90.0},
 }
 
@@ -71,6 +75,39 @@ def test_an_assumption_that_is_wrong_is_within_what_every_reading_states_or_leav
     assert not watch.wrong
 
 
+CREEPING = {
+    "guide counts, twice as many": (0, {"guide_counts": 8}, (0.983 * SIDEREAL, 0.0), 700.0),
+    "guide counts, half as many": (0, {"guide_counts": 2}, (0.983 * SIDEREAL, 0.0), 900.0),
+    "north": (1, {"north_reversed": True}, (SIDEREAL, 5.0), 300.0),
+}
+
+
+@pytest.mark.parametrize(("axis", "changes", "rates", "seconds"), CREEPING.values(), ids=CREEPING)
+def test_what_leads_an_axis_astray_bit_by_bit_is_told_with_the_key_that_is_wrong(axis, changes, rates, seconds):
+    bench = Bench(unit=like(**changes))
+    bench.connect()
+    bench.follow(Line((0.0, 0.0), rates, bench.clock.now()), seconds)
+    assert CREEPS[axis] in bench.drive.notes
+    assert CREEPS[1 - axis] not in bench.drive.notes
+
+
+def test_nothing_is_said_to_lead_astray_what_goes_as_it_should():
+    bench = Bench(unit=like(clock_drift_ppm=90.0))
+    bench.connect()
+    bench.follow(Line((0.0, 0.0), (0.983 * SIDEREAL, 5.0), bench.clock.now()), 700.0)
+    assert not set(CREEPS) & set(bench.drive.notes)
+
+
+def test_without_encoders_it_is_said_how_far_moves_may_lead_elsewhere_until_a_sync_has_shown_that_they_do_not():
+    bench, _ = blind()
+    assert "no `sync` has shown" not in " ".join(bench.drive.notes)
+    slewed(bench, 663_273.0, -331_636.0)  # 10° each
+    said = " ".join(bench.drive.notes)
+    assert re.search(r"axis 1 may be 25\.\d° off, axis 2 40\.\d°, if `move_count`", said)  # 20° + 5°, 20° + 20°
+    bench.drive.sync(bench.true(), bench.clock.now())
+    assert "no `sync` has shown" not in " ".join(bench.drive.notes)
+
+
 def test_without_encoders_a_sync_after_a_slew_that_went_right_shows_that_moves_mean_what_is_taken_for_it():
     bench, _ = blind()
     before = slewed(bench, 100_000.0, -80_000.0)
@@ -78,7 +115,7 @@ def test_without_encoders_a_sync_after_a_slew_that_went_right_shows_that_moves_m
     bench.drive.sync(bench.true(), bench.clock.now())
     after = slewed(bench, 200_000.0, -160_000.0)
     assert after.axes[1].uncertainty_counts == pytest.approx(0.5)
-    assert Bench(BLIND, memory=dict(bench.drive.memory), box=bench.box, clock=bench.clock).drive._proved
+    assert Bench(BLIND, memory=dict(bench.drive.memory), box=bench.box, clock=bench.clock).drive._doubt.proved
 
 
 def test_without_encoders_a_sync_far_from_where_a_slew_should_have_led_shows_nothing():

@@ -132,6 +132,7 @@ def mean_seconds(of: Ladder, plan_of, ways: tuple[float, float], seed: int, most
 
 
 @pytest.mark.campaign
+@pytest.mark.timeout(3600)
 @pytest.mark.parametrize("jitter", [TIGHT, LOOSE], ids=["events to 0.1 ms", "events to 5 ms"])
 def test_no_fixed_order_of_speeds_and_press_times_is_a_tenth_faster(jitter):
     of = ladder(480.0, jitter)
@@ -199,28 +200,26 @@ def test_nothing_of_one_axis_comes_closer_to_anything_of_the_other_than_the_line
         assert all(press and press.begin >= 0.0 for press in found)
         assert min(press.begin for press in found if press) == 0.0
         ours, others = ((press.begin, press.release, press.end) for press in found if press)
-        assert all(abs(mine - other) >= apart * (1.0 - 1e-6) for mine in ours for other in others)
+        assert all(abs(mine - other) >= 0.998 * apart for mine in ours for other in others)
+        if one.hold < one.key.climb_s and two.hold < two.key.climb_s:  # twice the jitter moves both ends
+            assert abs(ours[2] - others[2]) >= 1.69 * apart
         alone = max(one.duration, two.duration)
-        assert max(*ours, *others) <= one.duration + two.duration + apart
+        assert max(*ours, *others) <= one.duration + two.duration + 1.36 * apart
         later.append(max(*ours, *others) - alone)
     print(f"{statistics.fmean(later) * 1e3:.0f} ms longer than the longer one, {max(later) * 1e3:.0f} at most")
     assert statistics.fmean(later) <= apart
 
 
-def test_a_blip_of_backlash_is_waited_for_where_the_axis_turns():
-    of, blips = ladder(), (0.0, 0.05)
-    ways = Errors((0.0, -9000.0))
-    straight, turned = (Cascade(of, blips).next(ways, turned=(0, sense)) for sense in (-1, 1))
-    assert straight is not None
-    assert turned is not None
-    one, other = straight.presses[1], turned.presses[1]
-    assert one is not None
-    assert other is not None
-    assert (one.blip_s, other.blip_s) == (0.0, 0.05)
-    assert other.hold == pytest.approx(one.hold + 0.05)
-    assert other.made(0.05) == 0.0
-    assert other.made(other.duration) == pytest.approx(-9000.0)
-    assert other.measured(TIGHT, other.duration).steps == pytest.approx(-9000.0)
+def test_a_motor_goes_farther_by_the_play_that_it_takes_up_first():
+    of, ways = ladder(), Errors((0.0, -9000.0))
+    for slack, way in (((500.0, 0.0), -9000.0), ((0.0, 500.0), -9500.0), ((0.0, -200.0), -8800.0)):
+        stage = Cascade(of).next(ways._replace(slacks=((0.0, 0.0), slack)))
+        assert stage is not None
+        assert stage.presses[0] is None
+        press = stage.presses[1]
+        assert press is not None
+        assert press.made(press.duration) == pytest.approx(way)
+        assert press.measured(TIGHT, press.duration).steps == pytest.approx(way)
 
 
 # What is known of a press -----------------------------------------------------------------------------------------

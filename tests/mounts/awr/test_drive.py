@@ -1,5 +1,6 @@
 """The driver of the AWR Microstep against the simulated unit: gotos, tracking, stop, and all that makes it doubt."""
 
+import math
 import os
 import re
 import statistics
@@ -15,7 +16,7 @@ from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
-from transports.errors import LinkError, TransportError
+from transports.errors import LinkError, NoAnswer, TransportError
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 ARCSEC = 0.3  # of a step, of either axis of the example
@@ -78,7 +79,7 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
     assert bench.guard.armed
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
-    assert not bench.guard.armed
+    assert bench.guard.easy  # the drives go on
     assert "hasten" in bench.guard.told
     bench.drive.start([AxisSlew(1e5, SIDEREAL), AxisSlew(-5e4)], bench.clock.now())
     while any(axis.slewing for axis in bench.read().axes):
@@ -86,13 +87,74 @@ def test_the_dead_man_is_armed_while_a_key_is_held_and_hastened_before_its_relea
         bench.clock.sleep(0.25)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     assert bench.guard.told[-1] == "close"
+    assert not bench.guard.armed
+
+
+def test_the_dead_man_stands_beside_a_drive_before_it_goes_and_until_both_are_known_to_be_off():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    assert not bench.guard.armed
+    seen, receive = [], bench.line.receive
+
+    def received(data, t):
+        seen.append((bytes(data), bench.guard.armed and bench.guard.easy))
+        return receive(data, t)
+
+    bench.line.receive = received
+    path = Line((0.0, 0.0), (180.0, -30.0), bench.clock.now())
+    bench.follow(path, 3.0)
+    assert all(attended for data, attended in seen if data[1:2] == b"8")
+    assert sum(data[1:2] == b"8" for data, _ in seen) > 4
+    bench.line.receive = lambda data, t: b"" if data[1:3] == b"84" else receive(data, t)
+    with pytest.raises(TransportError):
+        bench.drive.stop(bench.clock.now())
+    assert bench.guard.armed
+    bench.line.receive = receive
+    bench.drive.stop(bench.clock.now())
+    bench.read()
+    assert not bench.guard.armed
+
+
+def test_a_drive_that_does_not_obey_is_left_to_the_dead_man():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    bench.follow(Line((0.0, 0.0), (180.0, -30.0), bench.clock.now()), 3.0)
+    receive = bench.line.receive
+    bench.line.receive = lambda data, t: b"" if data[1:2] == b"8" else receive(data, t)
+    with pytest.raises(TransportError):
+        bench.drive.close(bench.clock.now(), keep_tracking=False)
+    assert bench.guard.armed
+    assert bench.guard.told[-1] == "close"
+
+
+def test_drives_go_on_at_rest_of_a_driver_that_is_told_to_leave_them_so():
+    bench = Bench()
+    bench.connect()
+    bench.slew(1e4, 0.0)
+    bench.drive.close(bench.clock.now(), keep_tracking=True)
+    assert not bench.guard.armed
+    assert bench.awr.ram[0x02] & 1
+
+
+def test_a_dead_man_that_switched_the_drives_off_leaves_a_position_that_nobody_knows():
+    bench = Bench()
+    bench.connect()
+    bench.follow(Line((0.0, 0.0), (180.0, -30.0), bench.clock.now()), 3.0)
+    bench.guard.fate = "it stopped the drive"
+    with pytest.raises(DriveRefused, match="it stopped the drive"):
+        bench.read()
+    reading = bench.read()
+    assert "both drives were switched off, and nobody knows when" in reading.unsynchronised
+    assert not reading.tracking
+    assert not bench.awr.ram[0x02] & 1
+    assert not bench.awr.ram[0x04] & 1
 
 
 def test_without_a_dead_man_no_key_is_pressed():
     bench = Bench()
     bench.drive._parts.beside._guardian = None
     bench.connect()
-    with pytest.raises(DriveRefused, match="dead-man process must stand beside"):
+    with pytest.raises(DriveRefused, match="needs a dead-man process beside it"):
         bench.slew(1e4, 0.0)
     assert bench.awr.keys == [0, 0]
 
@@ -193,11 +255,11 @@ def test_a_key_that_is_not_heard_is_said_and_leaves_nobody_armed():
     receive = bench.awr.receive
     bench.awr.receive = lambda data, t: b"" if data == b":1#" else receive(data, t)
     with pytest.raises(AwrError, match="did not hear UP"):
-        bench.drive.press("UP", "move", 0.5)
+        bench.drive.hand.press("UP", "move", 0.5)
     assert not bench.guard.armed
     assert not bench.read().unsynchronised
     bench.awr.receive = receive
-    bench.drive.press("UP", "move", 0.5)
+    bench.drive.hand.press("UP", "move", 0.5)
     assert bench.true()[1] > 400.0
 
 
@@ -232,6 +294,32 @@ def test_a_division_names_the_register_written_last():
     reading = bench.read()
     assert "guide_left_counts (09)" in reading.alarms[0]
     assert "drive reload" in reading.alarms[0]
+
+
+def test_a_division_names_a_register_that_holds_no_counts_whatever_was_written_last():
+    bench = Bench(unit=SimulatorSettings(words={**factory(), 0x0F: 15}))
+    bench.connect(make_safe=True)
+    bench.awr._say("e8")
+    bench.clock.sleep(0.1)
+    assert "centre_left_counts (0F)" in bench.read().alarms[0]
+
+
+def test_relays_and_input_lines_stand_in_the_notes_and_each_change_is_an_event():
+    bench = Bench()
+    bench.connect()
+    assert "relays: 1 off, 2 off, 3 off" in bench.drive.notes
+    assert not bench.drive.told()
+    bench.drive.hand.switch_relay(2, on=True)
+    assert bench.drive.told() == ("relays: 1 off, 2 on, 3 off",)
+    bench.awr.relays = 0b101  # by the hand box
+    bench.awr.levels("ACDE")
+    bench.clock.sleep(11.0)
+    bench.read()
+    lines = "input lines: A high, B low, C high, D high, E high, F low"
+    assert set(bench.drive.told()) == {lines, "relays: 1 on, 2 off, 3 on"}
+    assert {lines, "relays: 1 on, 2 off, 3 on"} <= set(bench.drive.notes)
+    assert not bench.drive.told()
+    assert bench.drive.registers()["input_lines"] == lines.removeprefix("input lines: ")
 
 
 def test_a_unit_that_was_switched_off_meanwhile_is_noticed_by_its_cookie():
@@ -285,6 +373,33 @@ def test_units_that_are_not_as_configured_are_noticed_at_the_first_goto(opposite
     assert "frequency_unit or acceleration_unit" in reading.unsynchronised
 
 
+@pytest.mark.parametrize(("latency_s", "timeout_s"), [(0.08, 0.1), (0.15, 0.1), (0.4, 1.0)])
+def test_a_unit_far_away_is_driven_as_well(latency_s, timeout_s):
+    bench = Bench(latency_s=latency_s, timeout_s=timeout_s)
+    assert not bench.connect().unsynchronised
+    assert bench.unit.delay_s == pytest.approx(latency_s, abs=0.001)
+    bench.slew(2e4, -1e4)
+    reading = bench.read()
+    assert not reading.unsynchronised
+    off = max(map(abs, bench.off()))
+    print(f"\n{latency_s:g} s each way: {off:.2f} steps off, {reading.axes[0].uncertainty_counts:.2f} stated")
+    assert off < 3.0
+
+
+def test_a_unit_too_far_away_is_refused_with_the_key_that_reaches_it():
+    bench = Bench(latency_s=0.25)
+    with pytest.raises(NoAnswer, match="a longer timeout_s"):
+        bench.connect()
+
+
+@pytest.mark.parametrize(("words", "said"), [((18000, 4), False), ((17000, 4), True), ((18000, 2), True)])
+def test_a_drive_ra_that_is_otherwise_than_configured_is_said(words, said):
+    bench = Bench(replace(SETTINGS, drive_ra=words))
+    bench.connect()
+    told = "drive_ra holds 18000 counts at postscaler 4, otherwise than configured"
+    assert any(told in note for note in bench.drive.notes) == said
+
+
 def test_firmware_that_tells_no_ram_is_driven_all_the_same():
     bench = Bench(unit=SimulatorSettings(**STILL | {"reads_ram": False, "firmware": 0.59, "execution_s": 0.02}))
     bench.connect()
@@ -335,14 +450,22 @@ def test_keys_are_released_as_soon_as_a_link_is_back_that_was_lost_while_they_we
     assert bench.awr.keys[0] == 1
     assert bench.guard.armed
     bench.line.receive, bench.line.says = receive, says
+    back, released, act = bench.clock.now(), [], bench.awr._act
+
+    def acted(command):
+        act(command)
+        released.append(bench.awr._now - back if command == "RA_IDLE" else math.inf)
+
+    bench.awr._act = acted
     with suppress(TransportError):
         bench.read()
-    assert bench.awr._due or bench.awr.keys == [0, 0]  # the release was heard
+    bench.true()
+    assert released[0] < 0.1
     while any(axis.slewing for axis in bench.read().axes):
         bench.clock.sleep(0.25)
     reading = bench.read()
     assert bench.awr.keys == [0, 0]
-    assert not bench.guard.armed
+    assert bench.guard.easy
     off, stated = bench.off(), [axis.uncertainty_counts for axis in reading.axes]
     assert reading.unsynchronised or all(abs(o) < 2.0 * s + 1.0 for o, s in zip(off, stated, strict=True))
 

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from awr_bench import SETTINGS, Bench
+from awr_bench import SETTINGS, T0, Bench
 
 from mounts.awr.factory import factory
+from mounts.awr.memory import at_park
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.errors import DriveRefused
 
@@ -81,3 +82,30 @@ def test_a_sync_of_an_axis_that_was_lost_tells_nothing():
     bench.read()
     bench.drive.sync(bench.true(), bench.clock.now())
     assert not goes_far(bench, 0)
+
+
+@pytest.mark.parametrize("configured", ["motor", "sky"])
+@pytest.mark.parametrize("opposite", [False, True], ids=["as configured", "opposite"])
+def test_what_rates_count_from_is_covered_by_what_is_stated_until_it_was_seen(configured, opposite):
+    """The words are those of the configured reference; what the unit makes of them is another matter."""
+    truly = {"motor": "sky", "sky": "motor"}[configured] if opposite else configured
+    settings = replace(SETTINGS, rate_reference=configured)
+    unit = SimulatorSettings(words=factory(rate_reference=configured), rate_reference=truly)
+    bench = Bench(settings, unit=unit, memory=at_park((0, 0), T0, ""))
+    bench.connect()
+    assert any(f'rate_reference = "{configured}" is so' in note for note in bench.drive.notes)
+    for way in (2e4, 1.5e4):
+        bench.slew(way, -1e4)
+        off, stated = bench.off()[0], bench.read().axes[0].uncertainty_counts
+        print(f"{configured}, truly {truly}: {off:+.1f} steps off, {stated:.1f} stated")
+        assert abs(off) < stated
+        assert (abs(off) > 5.0) == opposite
+    bench.drive.sync(bench.true(), bench.clock.now())
+    bench.drive.commissioned({"drive.rate_reference"})
+    if not opposite:
+        bench.slew(2.5e4, 1e4)
+        assert abs(bench.off()[0]) < bench.read().axes[0].uncertainty_counts < 3.0
+    again = Bench(settings, memory=dict(bench.drive.memory), clock=bench.clock)
+    again.line.device = bench.awr
+    again.connect()
+    assert not any("rate_reference" in note for note in again.drive.notes)

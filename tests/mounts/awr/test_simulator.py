@@ -250,3 +250,13 @@ def test_when_its_power_was_cut_it_begins_anew_and_tells_nothing():
     awr.switched_on()
     assert (awr.keys, awr.speed, awr.relays, awr.ram) == ([0, 0], "guide", 0, awr.lasting)
     assert not events(awr, T0 + 3.0)
+
+
+@pytest.mark.parametrize(("blips", "lost"), [((0, 0), 30.0), ((0, 30), 0.0), ((0, 10), 20.0)])
+def test_an_axis_falls_behind_by_the_play_that_blips_do_not_take_up(blips, lost):
+    awr, plain = unit(plays=(0.0, 30.0), words=factory(backlash=blips)), unit()
+    for one in (awr, plain):
+        for at, body in ((0.0, "A"), (0.1, "1"), (1.1, "6"), (2.0, "2"), (3.5, "6")):
+            one.receive(f":{body}#".encode(), T0 + at)
+        one.advance(T0 + 6.0)
+    assert awr.true_position(2) - plain.true_position(2) == pytest.approx(lost)

@@ -29,7 +29,7 @@ def bench_of(clock):
     """A bench whose unit goes by the true time, and whose driver by a clock that may be set."""
     bench = Bench(clock=clock.running)
     bench.unit._clock = steady = SteadyClock(clock, clock.running.now)
-    bench.unit._open = lambda: Shifted(bench.line, clock.running, steady)
+    bench.unit._kept._open = lambda: Shifted(bench.line, clock.running, steady)
     bench.connect(make_safe=True)
     return bench
 

@@ -228,7 +228,7 @@ def test_a_bad_line_never_tells_a_word_that_is_not_there():
 def test_a_link_that_is_lost_is_opened_anew_for_a_release():
     wire = Wire()
     wire.unit.key("1")
-    wire.unit._link.close()
+    wire.unit._kept._link.close()
     wire.unit.release()
     wire.awr.advance(wire.clock.now() + 0.1)
     assert wire.awr.keys == [0, 0]

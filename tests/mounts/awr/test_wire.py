@@ -178,6 +178,16 @@ def test_a_packet_that_came_on_the_heels_of_another_says_how_long_it_may_have_wa
     assert alone.behind_s == 0.0
 
 
+def test_bytes_that_waited_for_a_listener_may_have_come_on_the_heels_of_those_before():
+    byte = 1.0 / 960.0
+    for unheard_s, behind in ((0.0, 0.0), (3.0 * byte, 14.8 * byte)):  # three bytes of a key were being sent
+        packets = Packets(byte)
+        packets.feed(b":W1\r\n#dbg 21\r\n", 100.0)
+        packets.feed(b":X0", 100.0 + 3.8 * byte, unheard_s)
+        (one,) = packets.feed(b"1\r\n#", 100.0 + 7.8 * byte)
+        assert one.behind_s == pytest.approx(behind, abs=1e-6)
+
+
 def test_debug_text_is_kept_apart():
     packets = Packets()
     packets.feed(b"boot 12\r\n:Y\r\n#tick\r\n", 0.0)
@@ -211,7 +221,11 @@ def test_the_table_of_registers_is_whole():
         (lambda: registers.checked(registers.by_name("drive_ra_counts"), 0), "give 16 to 65535"),
         (lambda: registers.checked(registers.by_name("max_accel_ra"), 70000), "give 1 to 65535"),
         (lambda: registers.by_name("1a"), "upper case here, 1A"),
-        (lambda: registers.by_name("2C"), "there are directions.*00 to 1A"),
+        (lambda: registers.by_name("2C"), "no register 2C.*00 to 1A.*drive show"),
+        (lambda: registers.by_name("0x05"), "two digits as the manual has them"),
+        (lambda: registers.by_name("85"), "05 with bit 7.*give 05"),
+        (lambda: registers.by_name("BF"), "never written: it is check word.*00 to 17"),
+        (lambda: registers.by_name("speed"), "there are directions.*00 to 1A"),
         (lambda: registers.value_of("0x00ff"), "upper case here, 0x00FF"),
         (lambda: registers.value_of("many"), "whole number"),
         (lambda: commands.relay(4, on=True), "there are 1, 2, 3"),

@@ -2,10 +2,12 @@
 
 import os
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
-from awr_bench import SIDEREAL, Bench
+from awr_bench import SETTINGS, SIDEREAL, Bench, Line
 
+from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.errors import AwrError
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.errors import DriveError
@@ -14,9 +16,9 @@ from transports.errors import TransportError
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 
 
-def next_program(bench):
+def next_program(bench, settings=SETTINGS):
     """The same unit in the hands of a program that begins with what the last one remembered."""
-    again = Bench(memory=dict(bench.kept), clock=bench.clock)
+    again = Bench(settings, memory=dict(bench.kept), clock=bench.clock)
     again.awr = again.line.device = bench.awr
     return again
 
@@ -27,8 +29,8 @@ def test_a_commit_keeps_the_position(rates):
     bench.connect(make_safe=True)
     bench.slew(200.0, 200.0, rates=rates)
     before = bench.off()
-    bench.drive.soft_write("guide_up_counts", 50000)
-    assert bench.drive.commit() == ("guide_up_counts",)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
+    assert bench.drive.hand.commit() == ("guide_up_counts",)
     bench.clock.sleep(60.0)
     bench.read()
     moved = [abs(now - then) for now, then in zip(bench.off(), before, strict=True)]
@@ -42,11 +44,11 @@ def test_a_drive_that_a_person_sets_is_reckoned_from_when_it_was_heard_and_reloa
     bench = Bench()
     bench.connect()
     for name, value in (("drive_dec_counts", 20000), ("drive_dec_flags", 0x0103)):
-        bench.drive.soft_write(name, value)
+        bench.drive.hand.soft_write(name, value)
         bench.clock.sleep(5.0)
         bench.read()
     assert bench.drive.axes[1].rate
-    bench.drive.discard()
+    bench.drive.hand.discard()
     bench.clock.sleep(5.0)
     bench.read()
     assert max(map(abs, bench.off())) < 0.5
@@ -59,8 +61,8 @@ def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ra
     bench.drive.close(bench.clock.now(), keep_tracking=True)
     again = next_program(bench)
     again.connect()
-    again.drive.soft_write("guide_up_counts", 50000)
-    again.drive.commit()
+    again.drive.hand.soft_write("guide_up_counts", 50000)
+    again.drive.hand.commit()
     assert dict(bench.awr.wear) == {0x05: 1}
 
 
@@ -68,35 +70,35 @@ def test_a_commit_keeps_no_word_of_an_earlier_program_on_a_unit_that_tells_no_ra
 def test_the_next_program_commits_what_one_before_it_was_told_to_write(reads_ram):
     bench = Bench(unit=SimulatorSettings(reads_ram=reads_ram))
     bench.connect(make_safe=True)
-    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     looking = next_program(bench)
     looking.connect()
     looking.drive.close(bench.clock.now(), keep_tracking=False)
     again = next_program(looking)
     again.connect()
-    assert again.drive.commit() == ("guide_up_counts",)
+    assert again.drive.hand.commit() == ("guide_up_counts",)
     assert dict(bench.awr.wear) == {0x05: 1}
     last = next_program(again)
     last.connect()
     with pytest.raises(AwrError, match="nothing was soft-written"):
-        last.drive.commit()
+        last.drive.hand.commit()
 
 
 def test_what_was_written_before_the_power_was_cut_is_committed_by_nobody():
     bench = Bench()
     bench.connect(make_safe=True)
-    bench.drive.soft_write("guide_up_counts", 50000)
+    bench.drive.hand.soft_write("guide_up_counts", 50000)
     bench.drive.close(bench.clock.now(), keep_tracking=False)
     bench.awr.ram = dict(bench.awr.lasting)
     again = next_program(bench)
     assert "switched off and on" in again.connect().unsynchronised
     with pytest.raises(AwrError, match="nothing was soft-written"):
-        again.drive.commit()
+        again.drive.hand.commit()
 
 
 @pytest.mark.parametrize("cut", [False, True], ids=["on", "off and on"])
-def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchronised(cut):
+def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_said_to_be_as_far_off_as_it_may_be(cut):
     bench = Bench(unit=SimulatorSettings(reads_ram=False))
     bench.connect(make_safe=True)
     bench.slew(3000.0, 3000.0)
@@ -107,7 +109,16 @@ def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchron
         bench.awr._aim()
     bench.clock.sleep(60.0)
     again = next_program(bench)
-    assert "does not tell what its RAM holds" in again.connect().unsynchronised
+    reading = again.connect()
+    assert not reading.unsynchronised
+    assert any("may have been switched off and on in the 6" in note for note in again.drive.notes)
+    one, two = (axis.uncertainty_counts for axis in reading.axes)
+    assert one == pytest.approx(61.0 * SIDEREAL, rel=0.05)
+    assert two < 10.0
+    off = again.off()
+    assert abs(off[0]) < one
+    assert (abs(off[0]) > 0.9 * one) == cut
+    assert abs(off[1]) < two
     again.drive.sync(again.true(), again.clock.now())
     again.clock.sleep(600.0)
     reading = again.read()
@@ -118,6 +129,39 @@ def test_a_unit_that_tells_no_ram_is_at_rest_where_it_was_left_so_and_unsynchron
     assert max(map(abs, again.off())) < 3.0
 
 
+def test_the_position_of_a_unit_that_tells_no_ram_is_lost_where_it_may_be_far_off():
+    bench = Bench(replace(SETTINGS, near=(60_000.0, 60_000.0)), unit=SimulatorSettings(reads_ram=False))
+    bench.connect(make_safe=True)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    bench.kept = dict(bench.drive.memory)
+    bench.clock.sleep(1300.0)
+    again = next_program(bench, replace(SETTINGS, near=(60_000.0, 60_000.0)))
+    assert "may be 65" in again.connect().unsynchronised
+
+
+@pytest.mark.parametrize("after_s", [0.3, 2.0])
+def test_where_a_dead_man_has_switched_the_drives_off_it_is_stated_how_far_that_may_be(after_s):
+    bench = Bench()
+    bench.connect(make_safe=True)
+    path = Line((0.0, 0.0), (180.0, -30.0), bench.clock.now())
+    bench.follow(path, 5.0)
+    bench.read()
+    kept = dict(bench.drive.memory)  # the owner is killed
+    bench.clock.sleep(after_s)
+    for frame in safe_frames():
+        bench.awr.receive(frame.data, bench.clock.now())
+    bench.clock.sleep(8.0)
+    bench.kept = kept
+    again = next_program(bench)
+    reading = again.connect(make_safe=True)
+    assert not reading.unsynchronised
+    assert not reading.tracking
+    assert any("as since a dead-man process switched them off" in note for note in again.drive.notes)
+    for axis, off in zip(reading.axes, again.off(), strict=True):
+        print(f"{off:+.0f} steps off, ±{axis.uncertainty_counts:.0f} stated")
+        assert 0.5 * axis.uncertainty_counts < abs(off) < axis.uncertainty_counts
+
+
 def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may_be_off():
     wrong, unknown, runs = [], 0, 120 if FULL else 24
     for seed in range(80, 80 + runs):
@@ -126,8 +170,8 @@ def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may
         bench.slew(200.0, 200.0, rates=(0.0, 0.0))
         bench.line.garbles, bench.line.rate = False, 0.1
         with suppress(TransportError, DriveError):
-            bench.drive.soft_write("guide_up_counts", 50000)
-            bench.drive.commit()
+            bench.drive.hand.soft_write("guide_up_counts", 50000)
+            bench.drive.hand.commit()
         bench.line.rate = 0.0
         bench.clock.sleep(1.0)
         reading = bench.read()

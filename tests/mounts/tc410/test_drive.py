@@ -218,7 +218,7 @@ def test_what_was_lowered_is_given_back_when_the_dead_man_process_cannot_be_let_
     for keep_tracking in (False, True):
         bench.slew(AxisSlew(CENTRE + 5000, max_rate=700.0), AxisSlew(CENTRE))
         bench.drive.stand_by(bench.now)
-        guardian.disarm = broken
+        guardian.close = broken
         assert bench.unit.memory.raw("axis1_max_speed") < full
         with pytest.raises(DeadManError):
             bench.drive.close(bench.now, keep_tracking=keep_tracking)

@@ -13,7 +13,7 @@ from pointing.model.choice import choose_terms
 from pointing.model.cross_validation import CrossValidation, cv_sky_rms_arcsec
 from pointing.model.fit import fit
 from pointing.model.polar_alignment import TILTS
-from pointing.model.sky_blocks import sky_blocks
+from pointing.model.sky_blocks import largest, sky_blocks
 
 TWENTY = {  # of which a run of six terms needs six
     "fork": "IH ID CH NP MA ME TF TX FO HF DCES DCEC X2HC HXSH2 HDSH HDSH2 HDCH2 HHSH2 HDSD2 HXCH",
@@ -188,3 +188,10 @@ def test_equations_by_patches_add_up_to_those_of_the_fit():
     whole = CrossValidation.of(simulated.run, result.model)
     assert whole.sky_rms_arcsec(range(7)) == pytest.approx(result.sky_rms_arcsec, rel=1e-6)
     np.testing.assert_allclose(whole.whole.solution(), result.model.coefficients, rtol=1e-6)
+
+
+@pytest.mark.parametrize("count", [1, 4, 8])
+def test_the_largest_patch_holds_as_many_as_its_number_says(count):
+    for n in range(1, 40):
+        run = simulated_run("fork", 51.5, {"IH": 10.0}, n, np.random.default_rng(n), noise_arcsec=1.0).run
+        assert np.bincount(sky_blocks(run, count)).max() == largest(n, count), n

@@ -1,0 +1,148 @@
+"""A key that is held, when the unit heard of it, and what it told of the motion.
+
+A motion whose events both come is measured by them. One whose beginning or end is not told is known from when its key
+was pressed and released, less well, as long as something shows that it was made: that it was told to move, or that it
+was told to stand when it should.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from mounts.awr.cascade import Press
+from mounts.awr.uncertainty import TWO_SIDED_95, Jitter, Way
+from mounts.awr.unit import Happened, Heard
+
+TOLD_S = 0.25  # after its time in which an event must have come
+_STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
+_SIGMAS, _EARLY_S = 5.0, 0.01
+_DOUBTFUL = 2.5  # standard deviations, by which key and events seldom say otherwise of one motion
+_NEVER = Heard(math.nan, math.nan)
+
+
+@dataclass
+class Held:
+    """A key of a stage.
+
+    Attributes
+    ----------
+    press : Press
+        As it was or is to be held.
+    pressed : Heard
+        When that was heard.
+    released, again : Heard
+        When its release was heard, and once more where nothing told that it stands.
+    began : Happened, optional
+        The event of its beginning.
+    moves : bool
+        It was told to move, though nobody knows since when.
+    early_s : float
+        Seconds by which its motion may have begun earlier than its event says, while the delay of keys is not known.
+    """
+
+    press: Press
+    pressed: Heard = _NEVER
+    released: Heard = _NEVER
+    again: Heard = _NEVER
+    began: Happened | None = None
+    moves: bool = False
+    early_s: float = 0.0
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether the unit heard that."""
+        return not math.isnan(self.pressed.first)
+
+    @property
+    def is_released(self) -> bool:
+        """Whether the unit heard that."""
+        return not math.isnan(self.released.first)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the unit told that it moves."""
+        return self.began is not None or self.moves
+
+    @property
+    def told_s(self) -> float:
+        """Seconds after its time in which the end of its motion must be told, be its ramps slower than thought."""
+        return TOLD_S + 2.0 * self.press.key.climb_s
+
+    @property
+    def hold(self) -> float:
+        """Seconds for which it was held, as it was sent."""
+        return self.released.first - self.pressed.first
+
+    @property
+    def holds(self) -> tuple[float, float]:
+        """Seconds for which it was held at least and at most, by all that was answered to its release."""
+        return self.released.first - self.pressed.last, self.released.last - self.pressed.first
+
+    def lasted(self, hold: float) -> float:
+        """Seconds of the motion of such a hold."""
+        return replace(self.press, hold=max(0.0, hold)).duration
+
+    def ends(self, delay_s: float) -> float:
+        """When its motion is over, once it was released; a key acts so long after it was heard."""
+        began = self.pressed.first + delay_s if self.began is None else self.began.time
+        return began + self.lasted(self.released.first + delay_s - began)
+
+    def strange_s(self, jitter: Jitter) -> float:
+        """Seconds by which its motion may last otherwise than its hold, and is its own."""
+        return _STRANGE_S + _SIGMAS * jitter.late_s(self.press.key, self.hold)
+
+    def begins(self, time: float, jitter: Jitter, delay_s: float, *, unsure: bool) -> float:
+        """By how many seconds an event is too early (below 0) or too late for that of its beginning; 0 where not."""
+        most = TOLD_S if unsure else _SIGMAS * math.hypot(jitter.press_s, jitter.stamp_s) + _EARLY_S
+        late = time - delay_s
+        return min(0.0, late - self.pressed.first + most) + max(0.0, late - self.pressed.last - most)
+
+    def lasts_otherwise(self, duration: float, jitter: Jitter) -> float:
+        """By how many seconds a motion was too short (below 0) or too long for its hold; 0 where it was neither."""
+        if not self.is_released:
+            return -math.inf
+        if self._by_second(duration, jitter):
+            return 0.0
+        strange, (least, most) = self.strange_s(jitter), self.holds
+        return min(0.0, duration - self.lasted(least) + strange) + max(0.0, duration - self.lasted(most) - strange)
+
+    def _by_second(self, duration: float, jitter: Jitter) -> bool:
+        """Whether a motion lasted until its second release."""
+        if math.isnan(self.again.first):
+            return False
+        first, last = (each - self.pressed.first for each in self.again)
+        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
+        return self.lasted(first) - near <= duration <= self.lasted(last) + near
+
+    @property
+    def unsure_s(self) -> float:
+        """Seconds within which it is known when it was pressed, by the answer to that."""
+        return self.pressed.last - self.pressed.first
+
+    def measured(self, duration: float, jitter: Jitter) -> Way:
+        """Its way by both events: seconds from the one to the other."""
+        hold = self.again.first - self.pressed.first if self._by_second(duration, jitter) else self.hold
+        off = abs(duration - self.lasted(hold))
+        if off > self.strange_s(jitter):  # it was not the first release that was heard
+            least, most = self.holds
+            hold = min(max(self.press.key.held(duration), least), most)
+        way, off = self.press.measured(jitter, duration, hold), max(off, abs(off - self.unsure_s), self.unsure_s)
+        if off > _DOUBTFUL * jitter.late_s(self.press.key, hold):  # one of both was held up, and nobody knows which
+            return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))
+        return way
+
+    def planned(self, jitter: Jitter) -> Way:
+        """Its way by when it was pressed and released alone."""
+        way = replace(self.press, hold=self.hold).planned(jitter)
+        unsure = self.unsure_s + self.released.last - self.released.first
+        return way._replace(sigma=way.sigma + abs(self.press.key.rate) * unsure / TWO_SIDED_95)
+
+    def doubt(self, jitter: Jitter) -> float:
+        """Steps within which it is of its plan while it moves, in 95 of 100 cases."""
+        unsure = self.unsure_s + self.early_s
+        return TWO_SIDED_95 * self.press.planned(jitter).sigma + abs(self.press.key.rate) * unsure
+
+    def fits_end(self, time: float, jitter: Jitter, delay_s: float) -> bool:
+        """Whether it should come to stand at a time, by when it was pressed and released."""
+        least, most = self.holds
+        strange, since = self.strange_s(jitter), self.pressed.first + delay_s
+        return self.lasted(least) - strange <= time - since <= self.lasted(most) + strange
