@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from mounts.avr_box.answers import LENGTH, AnswerDecoder, Pair
-from mounts.avr_box.commands import COMMANDS
+from mounts.avr_box.commands import COMMANDS, rest_of
 from mounts.avr_box.trust import Trust
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
@@ -106,6 +106,38 @@ class Box:
             raise
         self.trust.sent(chr(command[0]), begin)
         return begin
+
+    def repeat(self, letter: bytes, times: int) -> tuple[float, float]:
+        """Send a command of one letter several times; return when the box has the first and the last, POSIX seconds.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `send`.
+        """
+        first = last = self.send(letter)
+        for _ in range(times - 1):
+            last = self._written(letter)
+        return first, last
+
+    def fill(self, command: bytes) -> None:
+        """Send bytes that are no command, after which no part of the last one waits for its rest.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `send`; none of this stands in the box.
+        """
+        self._require_sound()
+        self._written(rest_of(command))
+
+    def _written(self, data: bytes) -> float:
+        """Send what leaves nothing in the box; return when it has it, POSIX seconds."""
+        try:
+            return self._kept.opened().write(data) + self.delay_s
+        except LinkError:
+            self._kept.close()
+            raise
 
     def ask(self, question: bytes, tries: int = _TRIES) -> Told:
         """Ask `P` or `Q`, again where the answer is lost or garbled.

@@ -14,7 +14,7 @@ from mounts.avr_box.encoders import Encoder
 from mounts.avr_box.evidence import Evidence
 from mounts.avr_box.power_switch import PowerSwitch
 from mounts.avr_box.reasons import ABSENT, AGAINST, BAD_LINE, MAY_RUN, STEPPED, SWITCHED
-from mounts.avr_box.runaway import BOUND_COUNTS, RUNS_COUNTS, Runaway, end_unseen
+from mounts.avr_box.runaway import BOUND_COUNTS, RUNS_COUNTS, Runaway
 from mounts.avr_box.runaways import BY_HAND_S, Runaways
 from mounts.avr_box.sight import TIMING_S, Astray, Sight
 from mounts.avr_box.standing import Standing
@@ -162,7 +162,6 @@ class Supervision:
             return
         if self._axes[0].encoder is None:
             self.standing.lose(MAY_RUN)
-            end_unseen(self._box, self._axes)
             return
         self.look()
 
