@@ -83,6 +83,10 @@ class Closing:
             if count * per_count > self._most[index] and begin not in self._open[index]:
                 self._open[index].append(begin)
 
+    def begin_way(self) -> None:
+        """A slew begins: it goes from where the axes are, and none is led back."""
+        self._owed, self._ahead = [False for _ in self._owed], [0.0 for _ in self._ahead]
+
     def due(self) -> None:
         """End what must be ended, and lead back what was.
 

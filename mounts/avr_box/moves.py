@@ -124,6 +124,10 @@ class Moves:
             self.send(axis, made if half > 0 else -made, others=others)
             self.prove()
 
+    def begin_way(self) -> None:
+        """A slew begins: it goes from where the axes are."""
+        self._closing.begin_way()
+
     def by_letters(self, axis: BoxAxis, sign: int) -> None:
         """Move an axis 5′ with its counts or against them, which ends what the moves before may have become.
 

@@ -54,6 +54,7 @@ class Slews:
             The axes still move.
         """
         self._settle(time)
+        self._moves.begin_way()
         began = self._box.now() + self._moves.line_s
         for axis, aim, slew in zip(self._axes, self._aims(slews, began), slews, strict=False):
             self._plan(axis, aim, slew, began)

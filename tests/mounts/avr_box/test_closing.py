@@ -112,6 +112,20 @@ def test_without_encoders_no_fault_of_a_move_runs_farther_than_one_bounded_move(
     assert worst[1] <= BOUND[1]
 
 
+def test_a_slew_that_begins_before_an_axis_was_led_back_goes_from_where_that_is():
+    bench, sent = Bench(BLIND, like(encoder_counts_per_turn=0)), []
+    bench.connect()
+    receive = bench.box.receive
+    bench.box.receive = lambda data, t: sent.append(data) or receive(data, t)
+    path = Line((500.0, 0.0), (SIDEREAL, 0.0), T0 + 1.0)
+    while b"W" not in sent:
+        bench.follow(path, 0.5)
+    bench.slew(6000.0, 0.0)
+    assert b"E" not in sent
+    assert max(map(abs, bench.off())) <= 1.0
+    assert bench.true()[1] == 0
+
+
 def sent_while(path, seconds=50.0):
     """What is sent while a path is followed without encoders, without questions, and where both axes were then."""
     bench, sent, ways = Bench(BLIND, like(encoder_counts_per_turn=0)), [], []
