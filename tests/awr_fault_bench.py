@@ -120,6 +120,7 @@ class Judged:
     beyond: int = 0  # by more than what is stated, for 95 of 100
     ends: Counter = field(default_factory=Counter)  # axes after a goto: within what is stated, beyond, unknown
     gross: list = field(default_factory=list)  # readings off by what is no chance
+    moving: list = field(default_factory=list)  # likewise, while keys move the axes and their events are on the way
     why: Counter = field(default_factory=Counter)  # the position was unknown after a goto
     needed: int = 0  # of them after a deed that nobody could look behind
     runs_lost: int = 0
@@ -136,7 +137,7 @@ class Judged:
     def __str__(self):
         rows = (
             f"{self.readings} readings, {self.beyond / max(1, self.readings):.2%} beyond what is stated",
-            f"axes after a goto {dict(self.ends)}; grossly wrong {self.gross[:9]}",
+            f"axes after a goto {dict(self.ends)}; grossly wrong {self.gross[:9]}, while moving {len(self.moving)}",
             f"keys at most {self.late_s * 1e3:.0f} ms late, {self.dead_s * 1e3:.0f} ms by a dead-man process",
             f"those that a changed command pressed or did not release {self.forged_s * 1e3:.0f} ms",
             f"worn {dict(self.worn)}, by damaged commands {dict(self.forged)}, unsaid {self.unsaid}",
@@ -293,7 +294,7 @@ class Night:
         def answered(body):
             self.body = body
             said = answers(body)
-            if said and said != ["N"] and self.awr._now - self.line.said.get(body, -1e9) > 2.0:
+            if said and said != ["N"] and self.awr._now - self.line.said.get(body, -1e9) > 0.3:
                 self.changed_to, self.changed_at = body, self.awr._now  # what the host said became this on the line
                 self.judged.commands[body[:1] if len(body) == 1 else "a word"] += 1
             return said
@@ -347,7 +348,9 @@ class Night:
                 self.judged.blind_s = max(self.judged.blind_s, reading.time - self.cut)
             elif off > GROSS * axis.uncertainty_counts:
                 row = self.seed, self.deed, i, round(off, 1), round(axis.uncertainty_counts, 1), axis.slewing
-                self.judged.gross.append((*row, round(reading.time - T0, 2)))
+                (self.judged.moving if axis.slewing else self.judged.gross).append(
+                    (*row, round(reading.time - T0, 2))
+                )
 
     # A night ---------------------------------------------------------------------------------------------------
 

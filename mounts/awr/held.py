@@ -125,6 +125,9 @@ class Held:
         if off > self.strange_s(jitter):  # it was not the first release that was heard
             least, most = self.holds
             hold = min(max(self.press.key.held(duration), least), most)
+        if hold != self.hold and off <= self.strange_s(jitter):  # what the first became on its way, nobody knows
+            gap = self.again.last - self.released.first
+            return Way(self.press.key.way(hold), 2.0 * abs(self.press.key.rate) * gap / TWO_SIDED_95)
         way, off = self.press.measured(jitter, duration, hold), max(off, abs(off - self.unsure_s), self.unsure_s)
         if off > _DOUBTFUL * jitter.late_s(self.press.key, hold):  # one of both was held up, and nobody knows which
             return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))
