@@ -196,6 +196,7 @@ class Box:
 
     def _asked(self, link: Link, question: bytes) -> Told:
         self._clear(link)
+        late = self._unsettled  # one before was not answered, and its answer may come ahead of this one's
         self._unsettled, self._fresh = True, False
         decoder = AnswerDecoder()
         sent = link.write(question)
@@ -207,13 +208,23 @@ class Box:
                 if come > LENGTH:
                     self.trust.flawed()
                 self.trust.answered()
-                return self._told(pairs[0], sent)
+                told = self._told(pairs[0], sent)
+                return self._told_last(link, told) if late else told
         if come >= _STRANGE:
             raise WrongProtocol(_STRANGER.format(link.name))
         what = "something that is no answer of a stepper box" if come else "nothing"
         raise NoAnswer(
             f"{link.name}: {what} came to {question.decode()!r}; check port, cable and power, and 9600 baud, 8N1"
         )
+
+    def _told_last(self, link: Link, told: Told) -> Told:
+        """The last of what comes while the line is not quiet."""
+        decoder = AnswerDecoder()
+        while data := link.read(LENGTH, LENGTH * self.byte_s + _QUIET_S):
+            self.trust.flawed()
+            if pairs := decoder.feed(data):
+                told = self._told(pairs[-1], told.earliest)
+        return told
 
     def _clear(self, link: Link) -> None:
         """Throw away what nobody asked for; a port that does not fall silent is not that of a box."""

@@ -6,8 +6,11 @@ from dataclasses import replace
 import pytest
 from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
 from avr_faults import switch_off_and_on
+from faults import Fault, FaultyDevice
 
+from clockdrive.clock import VirtualClock
 from mounts.avr_box.answers import Pair
+from mounts.avr_box.box import Box
 from mounts.avr_box.commands import ASK_ENCODERS, COMMANDS
 from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
@@ -15,6 +18,7 @@ from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.remembered import NEVER
 from transports.errors import LinkError, NoAnswer
+from transports.memory import MemoryLink
 
 
 def opened(**changes):
@@ -102,6 +106,30 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == SWITCHED
     bench.drive.sync(where, bench.clock.now())
     assert bench.read().unsynchronised == ""
+
+
+class Turning:
+    """A box that somebody turns whenever it is asked."""
+
+    def __init__(self, box):
+        self.box, self.asked = box, 0
+
+    def receive(self, data, t):
+        self.asked += 1
+        self.box.push(1, 50.0 * COUNT[0])
+        return self.box.receive(data, t)
+
+
+@pytest.mark.parametrize("fault", [Fault.DELAY, Fault.MERGE])
+def test_an_answer_that_comes_late_ahead_of_the_next_one_is_not_taken_for_that(fault):
+    clock = VirtualClock(T0)
+    turning = Turning(SimulatedAvrBox(like(), T0, STEPS_PER_TURN))
+    far = FaultyDevice(turning, [None, fault])
+    box = Box(lambda: MemoryLink(far, clock, baud=9600), clock, 9600)
+    assert box.ask(ASK_ENCODERS).pair.one == 50
+    assert box.ask(ASK_ENCODERS).pair.one == 150
+    assert box.ask(ASK_ENCODERS).pair.one == 200
+    assert (turning.asked, box.trust.flaws) == (4, 2)
 
 
 class Garbling:
