@@ -250,6 +250,7 @@ class ByHand:
             keys.look(LONGEST_S + 10.0)
         if keys.unheard is not None:
             raise AwrError(f"the unit did not hear {name}, so nothing was held; check the line, then press it again")
+        keys.choose_anew()
 
 
 def press_of(name: str, speed: Speed, seconds: float, ladder: Ladder) -> tuple[int, Press]:
