@@ -4,7 +4,7 @@ import math
 
 from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
-from mounts.awr.registers import BY_NAME
+from mounts.awr.registers import BY_NAME, WITH_STATUS
 from mounts.awr.supervision import (
     COMMITTED,
     LOST_BY,
@@ -27,6 +27,10 @@ _OTHER_WORDS = (
 _UNREFERENCED = (
     'nobody has seen yet that rate_reference = "{}" is so, on which LEFT and RIGHT depend at GUIDE and CENTRE speed '
     "while it tracks: what is stated of axis 1 covers the other, 15″ a second; `commission` finds it out"
+)
+_UNASKED = (
+    "this firmware cannot be asked whether the override holds it, {} can: a stop whose event is lost on the line is "
+    "not seen, so `sync` on a known star after the override button was pressed"
 )
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
@@ -137,6 +141,8 @@ class Presence:
             self.notes = (*self.notes, said)
 
     def ask_status(self, time: float) -> None:
+        if self._parts.unit.version < WITH_STATUS:
+            self.notes = (*self.notes, _UNASKED.format(WITH_STATUS))
         """Have relays and override told, by a firmware that tells them.
 
         Raises

@@ -565,3 +565,10 @@ def test_a_speed_that_a_hand_box_chose_between_two_motions_is_chosen_anew(how):
         print(f"{how}: {off:.2f} steps off, {stated:.2f} stated")
         assert off < max(1.0, 2.0 * stated)
         bench.awr.speed = "move"
+
+
+@pytest.mark.parametrize("firmware", [0.71, 0.72])
+def test_firmware_that_cannot_be_asked_for_its_override_says_that_a_stop_may_pass_unseen(firmware):
+    bench = Bench(unit=SimulatorSettings(firmware=firmware))
+    bench.connect()
+    assert any("whether the override holds it" in note for note in bench.drive.notes) == (firmware < 0.72)
