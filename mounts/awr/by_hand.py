@@ -69,10 +69,11 @@ class ByHand:
                 "by hand; `track` and `rates` go at any rate by soft writes of their own"
             )
         before = shown(register, parts.words.ram.get(register.address, 0))
-        parts.drives.put(register, checked(register, value))
+        word = checked(register, value)
+        if register.kind == "bits" and word != parts.words.ram.get(register.address):
+            self._presence.turned_round()
+        parts.drives.put(register, word)
         self._written[register.address] = value
-        if register.kind == "bits":
-            parts.proof.void()
         self._words_changed()
         parts.remember()
         return before
@@ -99,6 +100,8 @@ class ByHand:
         if not wanted:
             raise AwrError("nothing was soft-written since the last commit: `drive set NAME VALUE` first")
         before = words.changed
+        if words.are_turned:  # and are not for a moment, in which the drives may go
+            self._presence.turned_round()
         self._presence.discarded = True
         try:
             drives.discard()
@@ -123,6 +126,8 @@ class ByHand:
             The unit does not do it.
         """
         parts = self._parts
+        if parts.words.are_turned:
+            self._presence.turned_round()
         rested = parts.drives.resting or not any(axis.rate for axis in parts.axes)
         self._presence.discarded = True
         parts.drives.discard()
@@ -245,12 +250,12 @@ class ByHand:
         axis, press = press_of(name, speed, seconds, ladder)
         presses, keys = (press, None) if axis == 0 else (None, press), self._parts.keys
         self._parts.remember()
+        keys.choose_anew()
         keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
         while keys.busy:
             keys.look(LONGEST_S + 10.0)
         if keys.unheard is not None:
             raise AwrError(f"the unit did not hear {name}, so nothing was held; check the line, then press it again")
-        keys.choose_anew()
 
 
 def press_of(name: str, speed: Speed, seconds: float, ladder: Ladder) -> tuple[int, Press]:

@@ -68,7 +68,7 @@ class Presence:
         """
         parts, kept = self._parts, self._parts.kept
         lost = parts.supervision.unsynchronised
-        directions, calibration = parts.words.lasting.get(0x00), parts.words.calibration
+        directions, calibration = parts.words.directions, parts.words.calibration
         turned, recalibrated = kept.directions not in {None, directions}, kept.calibration not in {None, calibration}
         if turned or recalibrated:
             parts.proof.void()
@@ -81,6 +81,11 @@ class Presence:
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
+
+    def turned_round(self) -> None:
+        """The senses in RAM are others from now on, maybe while a drive goes: nobody knows which way keys lead."""
+        self._parts.proof.void()
+        self._parts.supervision.lose(_TURNED)
 
     def doubt_drives(self, time: float) -> None:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
@@ -136,13 +141,13 @@ class Presence:
             self.notes = (*self.notes, wrong)
         if not self._parts.proof.referenced:
             self.notes = (*self.notes, _UNREFERENCED.format(self._parts.settings.rate_reference))
+        if self._parts.unit.version < WITH_STATUS:
+            self.notes = (*self.notes, _UNASKED.format(WITH_STATUS))
         if not words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self.notes = (*self.notes, said)
 
     def ask_status(self, time: float) -> None:
-        if self._parts.unit.version < WITH_STATUS:
-            self.notes = (*self.notes, _UNASKED.format(WITH_STATUS))
         """Have relays and override told, by a firmware that tells them.
 
         Raises

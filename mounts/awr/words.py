@@ -18,6 +18,7 @@ from mounts.errors import DriveRefused
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
 BACKLASHES = ("ra_backlash", "dec_backlash")
+_DIRECTIONS = BY_NAME["directions"].address
 _DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
@@ -277,6 +278,17 @@ class Words:
         """The non-volatile words of `drive_ra`, from which all rates are reckoned; None before they were read."""
         counts, flags = (self.lasting.get(address) for address in _DRIVES[:2])
         return None if counts is None or flags is None else counts << 16 | flags
+
+    @property
+    def directions(self) -> int | None:
+        """The non-volatile senses, and above them by what those in RAM differ; None before they were read."""
+        lasting = self.lasting.get(_DIRECTIONS)
+        return None if lasting is None else lasting | (self.ram.get(_DIRECTIONS, lasting) ^ lasting) << 8
+
+    @property
+    def are_turned(self) -> bool:
+        """Whether the senses in RAM are others than the non-volatile ones."""
+        return _DIRECTIONS in self.changed
 
     # For a person ----------------------------------------------------------------------------------------------
 
