@@ -74,6 +74,7 @@ class ByHand:
             self._presence.turned_round()
         parts.drives.put(register, word)
         self._written[register.address] = value
+        self._presence.know_again()
         self._words_changed()
         parts.remember()
         return before
@@ -113,6 +114,7 @@ class ByHand:
             for address, value in before.items():
                 if words.lasting[address] != value or words.ram[address] != value:
                     drives.put(BY_ADDRESS[address], value)
+        self._presence.know_again()
         self._presence.discarded = False
         self._written.clear()
         return tuple(BY_ADDRESS[address].name for address in wanted)

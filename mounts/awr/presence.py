@@ -124,9 +124,19 @@ class Presence:
         """
         if self._parts.words.take_up():
             self._parts.drives.as_the_words_say()
-        self.cookie = self._parts.words.bake()
+        self.know_again()
         self.discarded = False
         self._asked = self._parts.unit.now()
+
+    def know_again(self) -> None:
+        """The word that is its cookie was written, or committed: have it hold one.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `bake`.
+        """
+        self.cookie = self._parts.words.bake()
 
     def warn_of_words(self) -> None:
         """Note what is unusual about its words."""

@@ -241,7 +241,7 @@ class Words:
     # The cookie ------------------------------------------------------------------------------------------------
 
     def bake(self) -> int:
-        """Write the cookie; return its value.
+        """See that RAM holds a cookie, what a person wrote in its place as well; return its value.
 
         Raises
         ------
@@ -249,7 +249,8 @@ class Words:
             As for `soft_write`.
         """
         plain = self.lasting[_COOKIE.address]
-        self.soft_write(_COOKIE, plain + 1 if plain < _COOKIE.highest else plain - 1)
+        if self.ram[_COOKIE.address] == plain:
+            self.soft_write(_COOKIE, plain + 1 if plain < _COOKIE.highest else plain - 1)
         return self.ram[_COOKIE.address]
 
     def is_there(self, cookie: int) -> bool:
