@@ -245,6 +245,7 @@ class ByHand:
         axis, press = press_of(name, speed, seconds, ladder)
         presses, keys = (press, None) if axis == 0 else (None, press), self._parts.keys
         self._parts.remember()
+        keys.speed = None  # the hand box may have set another one, which nothing tells
         keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
         while keys.busy:
             keys.look(LONGEST_S + 10.0)

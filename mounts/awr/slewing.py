@@ -99,6 +99,7 @@ class Slewing:
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
+        parts.keys.speed = None  # the hand box may have set another one, which nothing tells
         parts.remember()
         began = parts.unit.now() + parts.pace.exchange_s + parts.keys.delay_s
         try:
@@ -186,6 +187,7 @@ class Slewing:
         parts.keys.halt()
         self._jog = wanted
         if stage is not None:
+            parts.keys.speed = None  # as in `start`
             parts.remember()
             parts.keys.begin(stage)
         return False

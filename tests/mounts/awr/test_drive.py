@@ -286,6 +286,36 @@ def test_a_key_that_became_one_of_the_other_axis_is_released_though_no_motion_is
     assert bench.awr.keys == [0, 0]
 
 
+@pytest.mark.parametrize(
+    "moves",
+    [
+        lambda bench: bench.slew(*(axis.at(bench.clock.now()).counts + 30.0 for axis in bench.drive.axes)),
+        lambda bench: jogged(bench, (0.0, 60.0)),
+        lambda bench: bench.drive.hand.press("UP", "guide", 0.5),
+    ],
+    ids=["goto", "jog", "key by hand"],
+)
+def test_a_speed_that_the_hand_box_changed_is_set_again_before_a_motion_begins(moves):
+    bench = Bench()
+    bench.connect()
+    moves(bench)
+    assert bench.awr.speed in {"guide", "centre"}
+    bench.awr.speed = "move"
+    moves(bench)
+    off, reading = bench.off(), bench.read()
+    print(f"\n{off[0]:+.1f} and {off[1]:+.1f} steps off, {reading.axes[1].uncertainty_counts:.1f} stated")
+    assert not reading.unsynchronised
+    assert max(map(abs, off)) < 3.0
+
+
+def jogged(bench, rates):
+    bench.drive.move_at(rates, bench.clock.now())
+    for _ in range(4):
+        bench.clock.sleep(0.25)
+        bench.read()
+    bench.drive.stop(bench.clock.now())
+
+
 @pytest.mark.parametrize("heard", [False, True], ids=["not heard", "not answered"])
 def test_a_drive_that_may_go_at_either_of_two_rates_is_stated_to_be_off_by_what_lies_between_them(heard):
     bench = Bench()
