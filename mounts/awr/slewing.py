@@ -99,6 +99,7 @@ class Slewing:
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
+        parts.keys.choose_anew()
         parts.remember()
         began = parts.unit.now() + parts.pace.exchange_s + parts.keys.delay_s
         try:
@@ -187,6 +188,7 @@ class Slewing:
         self._jog = wanted
         if stage is not None:
             parts.remember()
+            parts.keys.choose_anew()
             parts.keys.begin(stage)
         return False
 
