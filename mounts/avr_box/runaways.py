@@ -59,7 +59,7 @@ class Runaways:
         for each in running:
             self._standing.note((RAN if self._endable else RAN_UNENDED).format(each.axis.index + 1))
         self._left = end(self._box, running) if self._endable else running_on(self._box, running)
-        self._standing.alarms = tuple(f"axis {each.axis.index + 1} runs away" for each in self._left)
+        self._standing.runaways = tuple(f"axis {each.axis.index + 1} runs away" for each in self._left)
         for each in self._left:
             self._standing.lose((RUNS_ON if self._endable else RUNS_UNENDED).format(each.axis.index + 1))
 

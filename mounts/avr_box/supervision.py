@@ -216,7 +216,7 @@ class Supervision:
             unseen.look(axis, told.pair[axis.index], told.middle)
             if unseen.is_blind(bad_line=self._damages >= DAMAGES):
                 self.standing.lose(STILL.format(axis.index + 1))
-                self.standing.alarms = (*self.standing.alarms, f"the encoder of axis {axis.index + 1} stands still")
+                self.standing.blind.add(axis.index)
                 self._runaways.break_off(axis)
 
     def _agreed(self, told: Told) -> None:

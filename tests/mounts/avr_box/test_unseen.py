@@ -44,9 +44,10 @@ def told(bench, axis, began):
     with pytest.raises(Unsynchronised, match="mend encoder or motor"):
         bench.slew(0.0, 0.0)
     for _ in range(40):  # what it had begun is ended
-        bench.read()
+        assert bench.read().alarms == reading.alarms
         bench.clock.sleep(0.25)
     assert bench.box.moving == (False, False)
+    assert bool(bench.drive.hold_unplaced(bench.clock.now())) is (axis == 2)  # by what encoder 1 sees
     return abs(bench.true()[axis - 1] - began) / STEPS_PER_TURN[axis - 1] * 360.0
 
 
