@@ -79,6 +79,8 @@ class BoxAxis:
         """When the slew under way ends, or ended."""
         self.guided_until = -math.inf
         """When the rate is its own again, or the last microstep of `<` or `>` is made."""
+        self.led_back = False
+        """Whether letters moved it to and fro since its last piece was planned."""
         self.unproved = False
         """Whether a move was sent since the encoder last agreed."""
         self.asked = 0
@@ -115,13 +117,7 @@ class BoxAxis:
     @property
     def model(self) -> AvrSlewModel:
         """How it slews."""
-        return AvrSlewModel(
-            self.law,
-            self.own_rate,
-            self._settings.longest_piece_s,
-            crystal=self._ticks.crystal,
-            wire_per_half=self._settings.wire_per_half,
-        )
+        return self._settings.slew_model(self.index, self.law, self._ticks.crystal)
 
     @property
     def free_at(self) -> float:
@@ -159,14 +155,16 @@ class BoxAxis:
         """Seconds of a move of twice `half` microsteps."""
         return seconds_of(self.law.cycles(half), self._ticks.crystal)
 
-    def moved(self, half: int, sign: int, begin: float, *, slew: bool = False) -> None:
-        """A move has begun."""
+    def moved(self, half: int, sign: int, begin: float, *, slew: bool = False, again_s: float = 0.0) -> None:
+        """A move has begun; it began anew for so many seconds, in which it came nowhere."""
         self._settle(begin)
         start, crystal = self.starts_from(begin), self._ticks.crystal
         now = self.at(begin)
         self.reckoning.known(start, begin, now.uncertainty)
-        course = self._course(half, sign, crystal)
-        motion = Motion(begin, self.duration(half), course, uncertainty=_INTERRUPTED if self.index == 0 else 0.0)
+        course = self._course(half, sign, crystal, again_s)
+        motion = Motion(
+            begin, again_s + self.duration(half), course, uncertainty=_INTERRUPTED if self.index == 0 else 0.0
+        )
         self.reckoning.moves(motion)
         self._whole = start + 2 * half * sign
         self._moves.append(KeptMove(half, sign, begin))
@@ -176,8 +174,8 @@ class BoxAxis:
         if slew:
             self.slew_ends = max(self.slew_ends, motion.end)
 
-    def _course(self, half: int, sign: int, crystal: float) -> Callable[[float], float]:
-        return lambda seconds: sign * self.law.made(half, cycles_in(seconds, crystal))
+    def _course(self, half: int, sign: int, crystal: float, again_s: float) -> Callable[[float], float]:
+        return lambda seconds: sign * self.law.made(half, cycles_in(seconds - again_s, crystal))
 
     def guided(self, rate: float, begin: float, duration: float) -> None:
         """The rate of axis 1 is another for a time: by how much is the manual's, and may be wrong by all of it."""

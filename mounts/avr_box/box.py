@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from mounts.avr_box.answers import LENGTH, AnswerDecoder, Pair
-from mounts.avr_box.commands import COMMANDS
+from mounts.avr_box.commands import COMMANDS, rest_of
 from mounts.avr_box.trust import Trust
 from mounts.errors import DriveRefused, WrongProtocol
 from transports.errors import LinkError, NoAnswer
@@ -107,6 +107,38 @@ class Box:
         self.trust.sent(chr(command[0]), begin)
         return begin
 
+    def repeat(self, letter: bytes, times: int) -> tuple[float, float]:
+        """Send a command of one letter several times; return when the box has the first and the last, POSIX seconds.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `send`.
+        """
+        first = last = self.send(letter)
+        for _ in range(times - 1):
+            last = self._written(letter)
+        return first, last
+
+    def fill(self, command: bytes) -> None:
+        """Send bytes that are no command, after which no part of the last one waits for its rest.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `send`; none of this stands in the box.
+        """
+        self._require_sound()
+        self._written(rest_of(command))
+
+    def _written(self, data: bytes) -> float:
+        """Send what leaves nothing in the box; return when it has it, POSIX seconds."""
+        try:
+            return self._kept.opened().write(data) + self.delay_s
+        except LinkError:
+            self._kept.close()
+            raise
+
     def ask(self, question: bytes, tries: int = _TRIES) -> Told:
         """Ask `P` or `Q`, again where the answer is lost or garbled.
 
@@ -164,6 +196,7 @@ class Box:
 
     def _asked(self, link: Link, question: bytes) -> Told:
         self._clear(link)
+        late = self._unsettled  # one before was not answered, and its answer may come ahead of this one's
         self._unsettled, self._fresh = True, False
         decoder = AnswerDecoder()
         sent = link.write(question)
@@ -175,13 +208,23 @@ class Box:
                 if come > LENGTH:
                     self.trust.flawed()
                 self.trust.answered()
-                return self._told(pairs[0], sent)
+                told = self._told(pairs[0], sent)
+                return self._told_last(link, told) if late else told
         if come >= _STRANGE:
             raise WrongProtocol(_STRANGER.format(link.name))
         what = "something that is no answer of a stepper box" if come else "nothing"
         raise NoAnswer(
             f"{link.name}: {what} came to {question.decode()!r}; check port, cable and power, and 9600 baud, 8N1"
         )
+
+    def _told_last(self, link: Link, told: Told) -> Told:
+        """The last of what comes while the line is not quiet."""
+        decoder = AnswerDecoder()
+        while data := link.read(LENGTH, LENGTH * self.byte_s + _QUIET_S):
+            self.trust.flawed()
+            if pairs := decoder.feed(data):
+                told = self._told(pairs[-1], told.earliest)
+        return told
 
     def _clear(self, link: Link) -> None:
         """Throw away what nobody asked for; a port that does not fall silent is not that of a box."""

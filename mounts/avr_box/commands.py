@@ -3,6 +3,7 @@
 Nothing is acknowledged, and a command cut short leaves the box waiting for the rest: each goes out in one write.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -75,6 +76,12 @@ FLAGS = {"encoder": 0x01, "ra_guiding": 0x02, "pec": 0x04, "dec_guiding": 0x10}
 """Bits of the argument of `C`."""
 
 
+FILL = bytes((8, 0, 0, 0, 0))
+"""Bytes that are no command, nor a bit from one; they complete `E` that was taken for `M` to 8 microsteps."""
+LETTERS = ((b"E", b"W"), (b"S", b"N"))
+"""Which turn an axis by that, to smaller and larger angles. `E` alone is a bit from `M`."""
+
+
 def flags(*names: str) -> bytes:
     """`C` with the flags of these names set, all others cleared."""
     return bytes((ord("C"), sum(FLAGS[name] for name in names)))
@@ -119,6 +126,25 @@ def _highest_letter(wire_count: int) -> int | None:
         if chr(byte) in COMMANDS:
             return at
     return None
+
+
+def rest_of(command: bytes) -> bytes:
+    """What is sent after a command, so that no part of it waits for a rest: after `M` its last byte, again."""
+    return command[-1:] * 5 if command[:1] == b"M" else FILL
+
+
+def misread(command: bytes) -> Iterator[tuple[int, int]]:
+    """All that a box may take `M` for where one byte of it is lost, doubled, or has one bit otherwise.
+
+    Yields the bit that names the axis, and the count; `rest_of` it follows.
+    """
+    for at, byte in enumerate(command):
+        before, after = command[:at], command[at + 1 :]
+        flipped = (bytes((byte ^ 1 << bit,)) for bit in range(8))
+        for middle in (b"", bytes((byte, byte)), *flipped):
+            heard = (before + middle + after + rest_of(command))[: len(command)]
+            if heard[:1] == b"M":
+                yield heard[5] >> 1 & 1, int.from_bytes(heard[1:5], "little")
 
 
 def faster(ticks: int) -> bytes:

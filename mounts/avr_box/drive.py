@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from mounts.avr_box import absence, commands, following
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box
+from mounts.avr_box.closing import Closing
 from mounts.avr_box.doubt import Doubt
 from mounts.avr_box.encoders import EncoderSeen
 from mounts.avr_box.memory import Kept
@@ -74,7 +75,10 @@ class AvrBoxDrive:
             box, self.axes, self._ticks, kept.unsynchronised, kept.time, endable=settings.busy == "restart"
         )
         self._watch = TickWatch(box, self._ticks, self.axes)
-        self._moves = Moves(box, settings, self.supervision, self._watch, lambda: remember(self.memory))
+        self._closing = Closing(box, settings, self.axes)
+        self._moves = Moves(
+            box, settings, self.supervision, self._closing, self._watch, lambda: remember(self.memory)
+        )
         self._slews = Slews(box, self.axes, self._moves)
         self._tracker = Tracker(box, settings, self.axes, self._moves, self._ticks, self._watch)
         self._doubt = Doubt(self.axes, box.trust, self.supervision, self._tracker, proved=kept.proved)
@@ -192,6 +196,7 @@ class AvrBoxDrive:
                 self._watch.ask()
         else:
             for _ in range(1 if self._box.trust.complete else _ASKED_BLIND):
+                self._closing.due()
                 self._watch.ask()
             self.supervision.look_blind()
         return self._reading()
@@ -230,7 +235,7 @@ class AvrBoxDrive:
     def follow(self, path: AxisPath, time: float) -> float:
         """Keep both axes on a path by `+`, `-`, `<`, `>` and short moves; on one at rest, hold them short of it."""
         self._resting = all(rate == 0.0 for _, rate in path.at(time)[:2])
-        idle = bool(self.supervision.unsynchronised) or self.supervision.on_trial
+        idle = bool(self.supervision.unsynchronised) or self.supervision.on_trial or self._closing.pending
         if idle or any(axis.slewing(time) for axis in self.axes):
             return RECHECK_S
         return self._tracker.follow(path)

@@ -15,10 +15,12 @@ from mounts.avr_box.guiding import GuideRates
 HELD_EVERY_S = 20.0  # from one move to the next, at rest: 5′ to and fro
 _SHORT_OF_IT_S = 2.0  # of tracking before its place, at rest, that are left for the next look and its line
 _MOVED_EVERY_S = 3.0  # likewise on a path beyond the reach of guiding
+_MOVED_ALONE_EVERY_S = 1.5
 _FAR = 24.0  # microsteps off the path, 1.3″, that guiding would take too long to close
 _LEAST = 4.0  # microsteps to either side that are worth a move
 _SLACK = 8.0  # microsteps by which a move may end beyond its goal
 _FINE = 60.0  # microsteps of axis 2 that are made one by one, within half a second
+_BYTE = 255  # microsteps, at most, of one command
 _ROUNDS = 12
 MOST_BESIDE_ARCSEC_S = 30.0
 """By which the rate of a path may be beyond what guiding reaches."""
@@ -35,15 +37,18 @@ class Band:
     goal: float
 
 
-def band_of(wanted: float, rates: GuideRates) -> Band:
-    """The band of axis 1 on a path of a rate, microsteps a second, both counted with its own tracking."""
+def band_of(wanted: float, rates: GuideRates, *, alone: bool = False) -> Band:
+    """The band of axis 1 on a path of a rate, microsteps a second, both counted with its own tracking.
+
+    Moves that are `alone` have no guiding beside them, so that there is one every few seconds.
+    """
     if wanted == 0.0:
         back = -rates.own * HELD_EVERY_S
         return Band(1.5 * back, -rates.own * _SHORT_OF_IT_S, back)
-    left = min(max(wanted, rates.slower), rates.faster) - wanted
+    left = (rates.own if alone else min(max(wanted, rates.slower), rates.faster)) - wanted
     if left == 0.0:
         return Band(-_FAR, _FAR, 0.0)
-    half = max(abs(left) * _MOVED_EVERY_S / 2.0, _LEAST)
+    half = max(abs(left) * (_MOVED_ALONE_EVERY_S if alone else _MOVED_EVERY_S) / 2.0, _LEAST)
     wide = half + _SLACK
     return Band(-wide, half, -half) if left > 0.0 else Band(-half, wide, half)
 
@@ -63,7 +68,8 @@ def move_back(ahead: float, wanted: float, band: Band, duration: Callable[[int],
     return round(steps / 2.0)
 
 
-def single_steps(ahead: float) -> int:
+def single_steps(ahead: float, most: float = _FINE) -> int:
     """Microsteps of axis 2, signed, to be made one by one; 0 where a move is quicker or nothing is to be done."""
     steps = -round(ahead)
-    return int(math.copysign(harmless_up_to(abs(steps)), steps)) if 1 <= abs(steps) <= _FINE else 0
+    made = harmless_up_to(min(abs(steps), _BYTE)) if 1 <= abs(steps) <= most else 0
+    return int(math.copysign(made, steps))

@@ -29,9 +29,10 @@ class GuideRates:
         low, high = (crystal * own * divisor / (divisor + sign * guide_counts) for sign in (1, -1))
         return cls(low, crystal * own, high)
 
-    def reach(self, rate: float) -> bool:
-        """Whether the axis can be kept at a rate by them."""
-        return self.slower <= rate <= self.faster
+    def reach(self, rate: float, part: float = 1.0) -> bool:
+        """Whether the axis can be kept at a rate by a part of what they change."""
+        least, most = (self.own + part * (end - self.own) for end in (self.slower, self.faster))
+        return least <= rate <= most
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def landings(
     """All moves that may be made and end about the aim's time, not after it but where `earliest` is too late."""
     step = 1.0 / abs(axis.own_rate) if axis.own_rate else 0.0
     middle = 0.5 * axis.sign if step else 0.0
-    tried = {near + more for near in (planned, _solved(axis, aim, earliest, planned)) for more in _NEAR}
+    tried = {near + more for near in (planned, solved(axis, aim, earliest, planned)) for more in _NEAR}
     for half in filter(allowed, sorted(tried)):
         for early in _phases(axis, aim, _begin(axis, aim, earliest, 0.0, half), half):
             begin = _begin(axis, aim, earliest, early * step, half)
@@ -105,7 +105,7 @@ def _begin(axis: Lands, aim: Aim, earliest: float, early: float, half: int) -> f
     return max(latest, earliest + step) - early  # one that cannot begin in time has all phases, too
 
 
-def _solved(axis: Lands, aim: Aim, earliest: float, planned: int) -> int:
+def solved(axis: Lands, aim: Aim, earliest: float, planned: int) -> int:
     """Half of the microsteps of the move that comes nearest; a longer one leaves less time for tracking."""
     half = planned
     for _ in range(_ROUNDS):

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box
+from mounts.avr_box.closing import TIMES, Closing
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.supervision import Supervision
 from mounts.avr_box.tick_watch import TickWatch
@@ -28,6 +29,8 @@ class Moves:
         What a count and the axis bit mean.
     supervision : Supervision
         Is told where the box was silent after one.
+    closing : Closing
+        Ends them where no encoder sees what became of them.
     watch : TickWatch
         Asks after one.
     remember : callable
@@ -39,11 +42,12 @@ class Moves:
         box: Box,
         settings: AvrSettings,
         supervision: Supervision,
+        closing: Closing,
         watch: TickWatch,
         remember: Callable[[], None],
     ) -> None:
         self._box, self._settings, self._supervision = box, settings, supervision
-        self._watch, self._remember = watch, remember
+        self._closing, self._watch, self._remember = closing, watch, remember
         self.sending = False
         """Whether one may have been sent or not: what a program that ends now leaves behind."""
         self.unproved = False
@@ -51,16 +55,26 @@ class Moves:
 
     @property
     def line_s(self) -> float:
-        """Seconds from sending one to its beginning."""
+        """Seconds from sending one to its beginning; letters have as many bytes before the first."""
         return _COMMAND_BYTES * self._box.byte_s + self._box.delay_s
+
+    @property
+    def again_s(self) -> float:
+        """Seconds from the first letter of 5′ to the last."""
+        return (TIMES - 1) * self._box.byte_s
+
+    @property
+    def lag(self) -> float:
+        """Microsteps by which axis 1 is behind once a move is over, and what it may have become."""
+        return self._closing.lag
 
     def may_be(self, half: int, axis: BoxAxis) -> bool:
         """Whether a move of twice so many microsteps is short enough, and harmless were its letter lost."""
         wire, per_half = abs(half) * self._settings.wire_per_half, self._settings.wire_per_half
         return abs(half) <= axis.model.longest_half and commands.harmless_below(wire, per_half) == wire
 
-    def send(self, axis: BoxAxis, half: int, *, slew: bool = False) -> None:
-        """Begin a move of twice `half` microsteps, signed.
+    def send(self, axis: BoxAxis, half: int, *, slew: bool = False, others: bool = False) -> None:
+        """Begin a move of twice `half` microsteps, signed; `others` of the axis will follow within seconds.
 
         Raises
         ------
@@ -76,6 +90,7 @@ class Moves:
         with self._remembered():
             begin = self._box.send(command)
             axis.moved(abs(half), 1 if half > 0 else -1, begin, slew=slew)
+            self._closing.sent(command, begin, soon=not others)
         self.unproved = True
 
     def send_trial(self, axis: BoxAxis, command: bytes, half: int) -> None:
@@ -100,14 +115,40 @@ class Moves:
             self.sending = False  # what a link that failed may have left in the box is in doubt from here on
             self._remember()
 
-    def send_short(self, axis: BoxAxis, half: int) -> None:
-        """Send as much of a move as one command may be, and ask after it."""
+    def send_short(self, axis: BoxAxis, half: int, *, others: bool = False) -> None:
+        """Send as much of a move as one command may be, and ask after it; `others` will follow within seconds."""
         per_half = self._settings.wire_per_half
         most = min(abs(half), axis.model.longest_half)
         made = commands.harmless_below(most * per_half, per_half) // per_half
         if made:
-            self.send(axis, made if half > 0 else -made)
+            self.send(axis, made if half > 0 else -made, others=others)
             self.prove()
+
+    def begin_way(self) -> None:
+        """A slew begins: it goes from where the axes are."""
+        self._closing.begin_way()
+
+    def by_letters(self, axis: BoxAxis, sign: int) -> None:
+        """Move an axis 5′ with its counts or against them, which ends what the moves before may have become.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `Box.send`.
+        """
+        self._closing.close(axis, sign)
+        self._remember()
+
+    def back(self, axis: BoxAxis) -> None:
+        """Move an axis 5′ to smaller angles of its motor.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `Box.send`.
+        """
+        self._closing.once(axis)
+        self._remember()
 
     def prove(self) -> None:
         """Ask after what was sent."""
@@ -116,3 +157,5 @@ class Moves:
             self._watch.ask(tries=1)
             return
         self._supervision.suspect()
+        if not self._box.in_doubt:
+            self._closing.end_all()

@@ -10,12 +10,10 @@ from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.encoders import Encoder
-from transports.errors import NoAnswer
 
 AGAIN_S = 0.3  # between two looks at an axis that is astray: at full speed it makes 4 counts
 RUNS_COUNTS = 2.5  # beyond what was asked of it, between them
 BOUND_COUNTS = 2.0  # where an axis may be off that is reckoned within a count of what its encoder says, to a count
-ENDING = ((b"E", b"W"), (b"S", b"N"))  # to smaller and larger angles
 _ENDINGS = 4  # commands to end a runaway, should some be lost
 
 
@@ -30,7 +28,7 @@ class Runaway(NamedTuple):
     def ending(self) -> bytes:
         """The move of 5′ against it."""
         falls = self.rising is (self.axis.sign > 0)  # what ends it goes to smaller angles
-        return ENDING[self.axis.index][falls is self.axis.north_falls]
+        return commands.LETTERS[self.axis.index][falls is self.axis.north_falls]
 
     def stands(self, first: Told, second: Told) -> bool:
         """Whether it did no more than it does by itself between two looks."""
@@ -76,22 +74,6 @@ def running_on(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
         else:
             left.append(each)
     return left
-
-
-def end_unseen(box: Box, axes: Sequence[BoxAxis]) -> None:
-    """Tell axes that no encoder sees to make a move of 5′, and be silent no more.
-
-    A box that took a question for the rest of a move has begun that one; one that still waits for the rest gets it
-    with the first letters, and the last of them end what they began.
-    """
-    for _ in range(_ENDINGS):
-        for axis in (*axes, *axes):  # the first letters may complete the move
-            box.send(ENDING[axis.index][0])
-        try:
-            box.ask(commands.ASK_PEC, tries=1)
-        except NoAnswer:
-            continue
-        return
 
 
 def _told(box: Box, running: Runaway) -> float:

@@ -1,11 +1,19 @@
 """What the driver of a box must know of it: gears, and each assumption of the readings as it is configured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
+from mounts.avr_box.commands import FIVE_ARCMIN
+from mounts.avr_box.slew_model import AvrSlewModel, cycles_in
+from mounts.avr_box.slew_table import SlewLaw, laws
 from mounts.avr_box.timers import tracking_rate
 
 _ENDED_IN_S = 3.0  # after its computed end, in which a runaway is seen and ended, answers lost among them
+_CLOSED_IN_S = (3.0, 5.0)  # of each axis, likewise by letters where no encoder sees it, whether it ran away or not
+_LEAST_PART = 0.4  # of the longest move, that a piece may last
+LEAST_BLIND_S = 10.0
+"""Of the longest move, where no encoder sees it and it must be ended in time."""
 SIDEREAL_DAY_S = 86164.0905
 _PEC_UNCERTAINTY = 1e-3  # of a table that nobody has read: a quarter of the step between two divisors
 MoveCount = Literal["total", "half"]
@@ -71,12 +79,39 @@ class AvrSettings:
         return _PEC_UNCERTAINTY if self.pec else 0.0
 
     @property
-    def longest_piece_s(self) -> float:
-        """Seconds of one move: with encoders, so that one that became longer is ended within `longest_s` all told."""
-        return (
-            max(self.longest_s - _ENDED_IN_S, self.longest_s / 2.0)
-            if self.encoder_counts_per_turn
-            else self.longest_s
+    def blind(self) -> bool:
+        """Whether no encoder sees what becomes of a move."""
+        return not self.encoder_counts_per_turn
+
+    def longest_piece_s(self, index: int) -> float:
+        """Seconds of one move of an axis, so that one that became longer is ended within `longest_s` all told."""
+        if self.blind:
+            return max(self.longest_s - _CLOSED_IN_S[index], _LEAST_PART * self.longest_s)
+        return max(self.longest_s - _ENDED_IN_S, self.longest_s / 2.0)
+
+    @cached_property
+    def longest_half(self) -> tuple[int, int]:
+        """Half of the microsteps of the longest move of each axis: the bound of any that nobody asked for."""
+        one, two = (law.half_within(cycles_in(self.longest_s)) for law in laws(self.slew_table))
+        return one, two
+
+    def slew_model(self, index: int, law: SlewLaw, crystal: float = 1.0) -> AvrSlewModel:
+        """How axis 0 or 1 slews, by a crystal of so many times its nominal frequency.
+
+        Letters lead axis 1 to larger angles whatever its way: those that lead back are a bit from a move of any
+        length. Where a bit of its moves makes them moves of axis 2, they are none that is too long there.
+        """
+        rate = self.signs[0] * self.own_rate * crystal if index == 0 else 0.0
+        model = AvrSlewModel(
+            law, rate, self.longest_piece_s(index), crystal=crystal, wire_per_half=self.wire_per_half
+        )
+        if not self.blind:
+            return model
+        return replace(
+            model,
+            most_half=min(self.longest_half),
+            closing_half=FIVE_ARCMIN[index],
+            closing_sign=self.signs[0] if index == 0 else 0,
         )
 
     @property

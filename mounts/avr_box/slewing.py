@@ -8,15 +8,16 @@ from dataclasses import replace
 
 from mounts.avr_box.axis import BoxAxis, Waiting
 from mounts.avr_box.box import Box
-from mounts.avr_box.landing import Aim, Landing, best
+from mounts.avr_box.landing import Aim, Landing, best, solved
 from mounts.avr_box.moves import Moves
-from mounts.avr_box.slew_model import AvrTravel
+from mounts.avr_box.slew_model import AvrTravel, Piece, parts
 from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused
 
 _SOON_S = 0.5  # within which `send_due` waits for the time of a piece
 _SHORT_S = 5.0  # that a move of tracking takes at most, for a slew to wait for it
 _EXCHANGE_S = 0.05  # of a question and its answer
+_INTERRUPTED = 0.5  # microsteps of tracking that letters interrupt, on the average
 _CORRECTED = 2000  # microsteps by which the last piece of a slew makes up for what the others were off
 _AHEAD_S = 5e-4  # by which the last microstep is to be made before it is due
 _AS_PLANNED_S = 0.02  # from the planned arrival, by which a last piece can come sooner: the pause before it is longer
@@ -53,9 +54,11 @@ class Slews:
             The axes still move.
         """
         self._settle(time)
+        self._moves.begin_way()
         began = self._box.now() + self._moves.line_s
         for axis, aim, slew in zip(self._axes, self._aims(slews, began), slews, strict=False):
             self._plan(axis, aim, slew, began)
+        self._hold_back(self._axes[0])
         self._part_the_landings()
         self.send_due()
         return began
@@ -91,19 +94,34 @@ class Slews:
         axis.slew_ends = begin + travel.duration
         axis.waiting = [Waiting(piece, begin + piece.begin) for piece in travel.pieces]
 
+    def _hold_back(self, axis: BoxAxis) -> None:
+        """Let axis 1 land with axis 2 where letters end its slew: a move of axis 2 may have made it run as well.
+
+        Until then it tracks.
+        """
+        if axis.aim is None or not (axis.waiting and axis.waiting[-1].piece.letters):
+            return
+        later = axis.aim.arrival - _AHEAD_S - axis.aim.time
+        if later > 0.0:
+            axis.aim = replace(axis.aim, counts=axis.aim.counts + later * axis.own_rate, time=axis.aim.time + later)
+            axis.slew_ends += later
+            axis.waiting[-2:] = [Waiting(each.piece, each.begin + later) for each in axis.waiting[-2:]]
+
     def _part_the_landings(self) -> None:
-        """Let axis 2, which stands where it lands, begin its last piece earlier where both are due at once."""
+        """Let axis 2, which stands where it lands, begin its last piece earlier where others are due as well."""
         one, two = self._axes
         if not (one.waiting and two.waiting and two.aim):
             return
-        first, other, apart = one.waiting[-1].begin, two.waiting[-1].begin, 2.0 * self._moves.line_s
-        if abs(first - other) < apart:
-            sooner = apart + other - first
-            two.aim = replace(two.aim, time=two.aim.time - sooner)
-            two.waiting[-1] = Waiting(two.waiting[-1].piece, other - sooner)
+        for first in sorted((each.begin for each in one.waiting[-2:]), reverse=True):
+            other, apart = two.waiting[-1].begin, 2.0 * self._moves.line_s
+            if abs(first - other) < apart:
+                sooner = apart + other - first
+                two.aim = replace(two.aim, time=two.aim.time - sooner)
+                two.waiting[-1] = Waiting(two.waiting[-1].piece, other - sooner)
 
     def send_due(self) -> None:
         """Send the pieces whose time comes before the next look, each at its time."""
+        self._plan_last_anew(self._axes[0])
         while due := sorted((axis.waiting[0].begin, axis.index) for axis in self._axes if axis.waiting):
             begin, index = due[0]
             if begin > self._box.now() + _SOON_S:
@@ -119,18 +137,59 @@ class Slews:
         if not axis.waiting:  # it was abandoned when the piece before was proved
             return
         waiting = axis.waiting[0]
-        half, begin = waiting.piece.half * waiting.piece.sign, max(waiting.begin, axis.free_at)
-        if len(axis.waiting) == 1 and axis.aim is not None and (found := self._last(axis, axis.aim, half)):
+        piece, half, begin = waiting.piece, waiting.piece.half * waiting.piece.sign, max(waiting.begin, axis.free_at)
+        begin -= self._moves.again_s if piece.letters else 0.0
+        if (aim := self._aim_of_piece(axis)) is not None and (found := self._last(axis, aim, half, piece)):
             half, begin = found.half, found.begin
         self._box.pause(begin - self._moves.line_s)
         axis.waiting.pop(0)
-        if half:
+        if piece.letters:
+            self._moves.by_letters(axis, piece.sign)
+        elif half:
             self._moves.send(axis, half, slew=True)
 
-    def _last(self, axis: BoxAxis, aim: Aim, planned: int) -> Landing | None:
+    def _plan_last_anew(self, axis: BoxAxis) -> None:
+        """Let the last move make up for what axis 1 did not track while letters moved it to and fro."""
+        if not axis.led_back or not axis.waiting or any(each.piece.letters for each in axis.waiting[:-1]):
+            return
+        axis.led_back, axis.waiting, model = False, axis.waiting[-2:], axis.model
+        planned = axis.waiting[0].piece
+        if planned.letters or (aim := self._aim_of_piece(axis)) is None:
+            return
+        half = solved(axis, aim, axis.free_at, planned.half * planned.sign)
+        ends, pieces = aim.time, list[Waiting]()
+        for each in reversed(parts(abs(half), model.longest_half, model.wire_per_half, model.tail) or [0]):
+            lasts = axis.duration(each)
+            pieces.insert(0, Waiting(Piece(each, 1 if half > 0 else -1, 0.0, lasts), ends - lasts))
+            ends -= lasts + model.pause_s
+        axis.waiting[:1] = pieces
+
+    def _aim_of_piece(self, axis: BoxAxis) -> Aim | None:
+        """Where the next piece is to land that may be chosen anew: the last one, and one that letters follow.
+
+        Letters begin anew for a moment, so that they land as much later.
+        """
+        aim, last = axis.aim, axis.waiting[-1].piece
+        if aim is None:
+            return None
+        if last.letters:
+            again = self._moves.again_s
+            aim = replace(aim, time=aim.time - again, arrival=aim.arrival - again)
+        if len(axis.waiting) == 1:
+            return aim
+        if len(axis.waiting) > 2 or not last.letters:
+            return None
+        begins = aim.time - axis.duration(last.half)
+        ends = begins - axis.model.pause_s
+        lost = _INTERRUPTED * axis.sign if axis.own_rate else 0.0
+        return Aim(aim.counts - last.steps + lost - axis.own_rate * axis.model.pause_s, ends, begins)
+
+    def _last(self, axis: BoxAxis, aim: Aim, planned: int, piece: Piece) -> Landing | None:
         """The last piece, which leads to the aim from where the axis is when it begins; None where none does."""
 
         def allowed(half: int) -> bool:
+            if piece.letters:
+                return half == planned
             return 2 * abs(half - planned) < _CORRECTED and self._moves.may_be(half, axis)
 
         earliest = max(axis.free_at, self._box.now() + self._moves.line_s)

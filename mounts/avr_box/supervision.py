@@ -14,7 +14,7 @@ from mounts.avr_box.encoders import Encoder
 from mounts.avr_box.evidence import Evidence
 from mounts.avr_box.power_switch import PowerSwitch
 from mounts.avr_box.reasons import ABSENT, AGAINST, BAD_LINE, MAY_RUN, STEPPED, SWITCHED
-from mounts.avr_box.runaway import BOUND_COUNTS, RUNS_COUNTS, Runaway, end_unseen
+from mounts.avr_box.runaway import BOUND_COUNTS, RUNS_COUNTS, Runaway
 from mounts.avr_box.runaways import BY_HAND_S, Runaways
 from mounts.avr_box.sight import TIMING_S, Astray, Sight
 from mounts.avr_box.standing import Standing
@@ -124,7 +124,10 @@ class Supervision:
         self._sight.tie(told)
         self.moved_by = ()
         if not self._sight.any_beyond(told):
-            self._agreed(told)
+            if self._switch.used_nearby(told):
+                self._was_switched_off(told)
+            else:
+                self._agreed(told)
             return
         first, told = told, self._sight.surely_told()
         if self._sight.any_beyond(told):
@@ -162,7 +165,6 @@ class Supervision:
             return
         if self._axes[0].encoder is None:
             self.standing.lose(MAY_RUN)
-            end_unseen(self._box, self._axes)
             return
         self.look()
 

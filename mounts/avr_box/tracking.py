@@ -15,6 +15,8 @@ from mounts.drive import AxisPath
 RECHECK_S = 0.5
 _FOLLOW_S = 5.0  # at most until a path is looked at again
 _LEAST_S = 0.05
+_REACHED = 0.9  # of what guiding reaches, where no encoder sees moves beside it
+_STEPPED = 60.0  # microsteps a second of axis 2, which single ones hold and catch up with, 6.5″
 
 
 class Tracker:
@@ -60,15 +62,14 @@ class Tracker:
     def _follow_one(self, path: AxisPath) -> float:
         axis, now, rates = self._axes[0], self._box.now(), self.rates
         ahead, wanted = _ahead(axis, path, now)
-        band = following.band_of(wanted, rates)
+        alone = bool(wanted) and self._settings.blind and not rates.reach(wanted, _REACHED)
+        band = following.band_of(wanted, rates, alone=alone)
         if now < axis.free_at:
             return axis.free_at - now
         drift = axis.at(now).rate * axis.sign - wanted
         if not band.low <= ahead <= band.high:
-            half = following.move_back(ahead, wanted, band, axis.duration)
-            self._moves.send_short(axis, half * axis.sign)
-            return axis.free_at - self._box.now()
-        if wanted and now >= axis.guided_until:
+            return self._move_back(ahead, wanted, band, alone=alone)
+        if wanted and not alone and now >= axis.guided_until:
             self._guide(path, rates)
             now = self._box.now()
             ahead, wanted = _ahead(axis, path, now)
@@ -77,6 +78,20 @@ class Tracker:
         else:
             due = axis.guided_until - now if now < axis.guided_until else math.inf
         return max(_LEAST_S, min(due, following.leaves_in(ahead, drift, band)))
+
+    def _move_back(self, ahead: float, wanted: float, band: following.Band, *, alone: bool) -> float:
+        """Bring axis 1 back into its band; return the seconds until it must be looked at again.
+
+        Where no encoder sees it, letters hold it, and tracking brings it on; or the next move ends the one before.
+        """
+        axis = self._axes[0]
+        if self._settings.blind and wanted == 0.0:
+            if ahead > band.high:
+                self._moves.back(axis)
+            return max(RECHECK_S, axis.free_at - self._box.now())
+        half = following.move_back(ahead - (0.0 if alone else self._moves.lag), wanted, band, axis.duration)
+        self._moves.send_short(axis, half * axis.sign, others=alone)
+        return axis.free_at - self._box.now()
 
     def _guide(self, path: AxisPath, rates: GuideRates) -> None:
         """Send `+` or `-` in the middle of a tick, where that is due."""
@@ -117,12 +132,13 @@ class Tracker:
         if busy > 0.0:
             return busy
         ahead, wanted = _ahead(axis, path, now)
-        if steps := following.single_steps(ahead):
+        slow = self._settings.blind and abs(wanted) < _STEPPED
+        if steps := following.single_steps(ahead, math.inf) if slow else following.single_steps(ahead):
             north = (steps > 0) is not axis.north_falls
             command = commands.north(abs(steps)) if north else commands.south(abs(steps))
             axis.stepped(steps * axis.sign, self._box.send(command))
         elif abs(ahead) >= 1.0:
-            self._moves.send_short(axis, round(-ahead / 2.0) * axis.sign)
+            self._moves.send_short(axis, round(-ahead / 2.0) * axis.sign, others=bool(wanted))
         return RECHECK_S if wanted == 0.0 else min(_FOLLOW_S, max(RECHECK_S, 1.0 / abs(wanted)))
 
 

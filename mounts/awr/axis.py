@@ -76,8 +76,13 @@ class AwrAxis:
             return self._side
         motor = self._reckoning.at(time).counts
         if self.press is None or self._begun is None or time <= self._begun.time:
-            return self.play.pushed(self._side, motor - self._counts)
-        return self.play.pressed(self._begun.side, motor - self._begun.motor.counts, self.press.key, self._rate)
+            return self._gap.pushed(self._side, motor - self._counts)
+        return self._gap.pressed(self._begun.side, motor - self._begun.motor.counts, self.press.key, self._rate)
+
+    @property
+    def _gap(self) -> Play:
+        """What its motor crosses from side to side."""
+        return self.play if self._known is not None else self.play.unblipped
 
     def slack(self, time: float, sense: float) -> float:
         """Steps that its motor goes in a sense before it follows, where no drive takes them up before long."""
@@ -122,13 +127,19 @@ class AwrAxis:
             self._stands(motor.counts + self._rate * (time - begin), time, motor.uncertainty, side)
             self.pressed(self.press, time)
 
+    def shortened(self, press: Press) -> None:
+        """The key that moves it was released before its time."""
+        if self._begun is not None:
+            self.press = press
+            self.began(self._begun.time)
+
     def ended(self, way: Way, time: float) -> None:
         """Its motion is over, and how far it went is known."""
         if self._begun is None or self.press is None:
             return
         begin, start, side = self._begun
         drifted = self._rate * (time - begin)
-        after = self.play.pressed(side, drifted + way.steps, self.press.key, self._rate)
+        after = self._gap.pressed(side, drifted + way.steps, self.press.key, self._rate)
         fallen = self.play.lag(after) - self.play.lag(side)
         before = start.uncertainty + abs(drifted) * self._reckoning.rate_uncertainty
         spread = math.hypot(before, TWO_SIDED_95 * way.sigma) + self.unsure() * max(0.0, time - begin)
@@ -140,7 +151,7 @@ class AwrAxis:
         """It is known where it is; whatever moved it is over."""
         side = self.side(time)
         self._stands(counts, time, uncertainty, side)
-        self._known = side or None
+        self._known = side if self._known is not None or abs(side) == 1.0 else None
         self.press = self._begun = None
 
     def forget_side(self) -> None:

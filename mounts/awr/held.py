@@ -16,6 +16,7 @@ TOLD_S = 0.25  # after its time in which an event must have come
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
 _DOUBTFUL = 2.5  # standard deviations, by which key and events seldom say otherwise of one motion
+_SURELY = 3.5  # of them, by which a motion was longer than its first release says
 _NEVER = Heard(math.nan, math.nan)
 
 
@@ -46,6 +47,7 @@ class Held:
     began: Happened | None = None
     moves: bool = False
     early_s: float = 0.0
+    repeated: float = math.nan  # POSIX seconds at which it was released last
 
     @property
     def is_pressed(self) -> bool:
@@ -56,6 +58,11 @@ class Held:
     def is_released(self) -> bool:
         """Whether the unit heard that."""
         return not math.isnan(self.released.first)
+
+    @property
+    def is_again(self) -> bool:
+        """Whether it was released once more."""
+        return not math.isnan(self.again.first)
 
     @property
     def is_seen(self) -> bool:
@@ -96,22 +103,23 @@ class Held:
         late = time - delay_s
         return min(0.0, late - self.pressed.first + most) + max(0.0, late - self.pressed.last - most)
 
-    def lasts_otherwise(self, duration: float, jitter: Jitter) -> float:
+    def lasts_otherwise(self, duration: float, jitter: Jitter, *, alone: bool) -> float:
         """By how many seconds a motion was too short (below 0) or too long for its hold; 0 where it was neither."""
         if not self.is_released:
             return -math.inf
-        if self._by_second(duration, jitter):
+        if alone and self._by_second(duration, jitter):  # an event of both axes says less than the first release
             return 0.0
         strange, (least, most) = self.strange_s(jitter), self.holds
         return min(0.0, duration - self.lasted(least) + strange) + max(0.0, duration - self.lasted(most) - strange)
 
     def _by_second(self, duration: float, jitter: Jitter) -> bool:
         """Whether a motion lasted until its second release."""
-        if math.isnan(self.again.first):
+        if not self.is_again:
             return False
         first, last = (each - self.pressed.first for each in self.again)
-        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
-        return self.lasted(first) - near <= duration <= self.lasted(last) + near
+        late = jitter.late_s(self.press.key, self.hold)
+        near = self.lasted(first) - _SIGMAS * late <= duration <= self.lasted(last) + _SIGMAS * late
+        return near and duration > self.lasted(self.holds[1]) + _SURELY * late
 
     @property
     def unsure_s(self) -> float:
@@ -125,6 +133,9 @@ class Held:
         if off > self.strange_s(jitter):  # it was not the first release that was heard
             least, most = self.holds
             hold = min(max(self.press.key.held(duration), least), most)
+        if hold != self.hold and off <= self.strange_s(jitter):  # what the first became on its way, nobody knows
+            gap = self.again.last - self.released.first
+            return Way(self.press.key.way(hold), 2.0 * abs(self.press.key.rate) * gap / TWO_SIDED_95)
         way, off = self.press.measured(jitter, duration, hold), max(off, abs(off - self.unsure_s), self.unsure_s)
         if off > _DOUBTFUL * jitter.late_s(self.press.key, hold):  # one of both was held up, and nobody knows which
             return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))
@@ -139,6 +150,7 @@ class Held:
     def doubt(self, jitter: Jitter) -> float:
         """Steps within which it is of its plan while it moves, in 95 of 100 cases."""
         unsure = self.unsure_s + self.early_s
+        unsure += self.released.last - self.released.first if self.is_released else 0.0
         return TWO_SIDED_95 * self.press.planned(jitter).sigma + abs(self.press.key.rate) * unsure
 
     def fits_end(self, time: float, jitter: Jitter, delay_s: float) -> bool:

@@ -8,7 +8,7 @@ surely known the motor counts as between its sides for longer.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mounts.awr.ramps import Key
 
@@ -33,6 +33,11 @@ class Play:
     steps: float = 0.0
     sigma: float = 0.0
     blip: float = 0.0
+
+    @property
+    def unblipped(self) -> "Play":
+        """The same where nobody knows whether its blips were made: its motor may have farther to go."""
+        return replace(self, sigma=self.sigma + self.blip / _SURELY)
 
     def pushed(self, side: float, way: float) -> float:
         """The side after a way of the motor that began at a side, signed steps, on which it does not turn round."""

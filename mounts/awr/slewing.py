@@ -6,8 +6,10 @@ from contextlib import suppress
 from mounts.awr.at_speed import Keys, held_at, keys_of
 from mounts.awr.cascade import Cascade, Errors, Stage
 from mounts.awr.following import require_slow
+from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
 from mounts.awr.supervision import SWITCHED, UNTOLD
+from mounts.awr.unit import Happened
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
@@ -97,6 +99,7 @@ class Slewing:
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
+        parts.keys.choose_anew()
         parts.remember()
         began = parts.unit.now() + parts.pace.exchange_s + parts.keys.delay_s
         try:
@@ -107,7 +110,7 @@ class Slewing:
         return began
 
     def is_proven(self) -> bool:
-        """Whether it is known where it is; a motion of which an event was lost may be that of a unit without power.
+        """Whether it is known where it is; a motion of which an event was lost may have ended by power or override.
 
         Raises
         ------
@@ -121,6 +124,10 @@ class Slewing:
             elif not parts.words.has_cookie():
                 parts.supervision.lose(SWITCHED)
                 parts.supervision.was_reset = True
+            status, now = parts.unit.status(), parts.unit.now()
+            if status is not None and status.override and not parts.supervision.stopped:
+                parts.supervision.take([Happened(Override(stopped=True), now)])
+                parts.drives.held(now, stopped=True)
             parts.keys.unproven = False
         return not parts.supervision.unsynchronised
 
@@ -181,6 +188,7 @@ class Slewing:
         self._jog = wanted
         if stage is not None:
             parts.remember()
+            parts.keys.choose_anew()
             parts.keys.begin(stage)
         return False
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from clockdrive.configuration_keys import Facts, number_of
 from clockdrive.drives import Finding
 from clockdrive.gear_teeth import GearTeeth
-from mounts.avr_box.settings import SIDEREAL_DAY_S
+from mounts.avr_box.settings import LEAST_BLIND_S, SIDEREAL_DAY_S
 from mounts.avr_box.timers import tracking_rate
 
 _COARSEST_ARCSEC = 2.0  # of a microstep of a box that a telescope can be held by; its own gears make 0.1
@@ -13,9 +13,16 @@ _OFF_SIDEREAL = 2.0  # times the rate that the divisor of a box can make with no
 
 
 def contradictions(facts: Facts) -> Iterator[Finding]:
-    """Gears that no telescope has."""
+    """Gears that no telescope has, and moves too short to be ended where no encoder sees them."""
     for section in ("axis1", "axis2"):
         yield from _gears(facts, section)
+    longest, encoders = "drive.max_uninterruptible_s", "drive.encoder_counts_per_turn"
+    if facts[encoders] == 0 and number_of(facts, longest) < LEAST_BLIND_S:
+        text = (
+            f"{longest} = {number_of(facts, longest):g}: without encoders each move is ended by others of 5′, "
+            f"whatever became of it, and for those it takes {LEAST_BLIND_S:g} s or more"
+        )
+        yield (longest, encoders), text
 
 
 def _gears(facts: Facts, axis: str) -> Iterator[Finding]:

@@ -54,18 +54,10 @@ def _trims(configuration: Configuration) -> Trims:
 
 def timing(configuration: Configuration) -> Timing:
     """How the configured box moves, with a crystal as it should be."""
-    from mounts.avr_box.slew_model import AvrSlewModel  # noqa: PLC0415 - a telescope has its models from its drive
-    from mounts.avr_box.slew_table import laws  # noqa: PLC0415 - likewise
+    from mounts.avr_box.slew_table import laws  # noqa: PLC0415 - a telescope has its models from its drive
 
     wanted, (one, two) = settings(configuration), laws(slew_table(configuration))
-    longest, per_half, tracked = wanted.longest_piece_s, wanted.wire_per_half, wanted.signs[0] * wanted.own_rate
-    return Timing(
-        (
-            AvrSlewModel(one, tracked, longest, wire_per_half=per_half),
-            AvrSlewModel(two, 0.0, longest, wire_per_half=per_half),
-        ),
-        together=False,
-    )
+    return Timing((wanted.slew_model(0, one), wanted.slew_model(1, two)), together=False)
 
 
 def drive(

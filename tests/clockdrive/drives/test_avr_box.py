@@ -225,3 +225,11 @@ def test_encoders_that_count_beyond_what_an_answer_can_say_are_refused_with_the_
     wide = {"drive__encoder_counts_per_turn": 105_881, "axis1__min_deg": -180.0, "axis1__max_deg": 180.0}
     with pytest.raises(ConfigurationError, match="at most 99999"):
         settings(configured(**wide))
+
+
+def test_moves_too_short_to_be_ended_in_time_are_refused_without_encoders():
+    blind = {"drive__encoder_counts_per_turn": 0}
+    with pytest.raises(ConfigurationError, match=r"uninterruptible_s = 9: without encoders .* 10 s or more"):
+        configured(drive__max_uninterruptible_s=9.0, **blind)
+    assert settings(configured(drive__max_uninterruptible_s=10.0, **blind)).blind
+    assert not settings(configured(drive__max_uninterruptible_s=9.0)).blind

@@ -6,8 +6,11 @@ from dataclasses import replace
 import pytest
 from avr_bench import COUNT, SETTINGS, SIDEREAL, STEPS_PER_TURN, T0, Bench, Line, like
 from avr_faults import switch_off_and_on
+from faults import Fault, FaultyDevice
 
+from clockdrive.clock import VirtualClock
 from mounts.avr_box.answers import Pair
+from mounts.avr_box.box import Box
 from mounts.avr_box.commands import ASK_ENCODERS, COMMANDS
 from mounts.avr_box.reasons import ABSENT, MAY_RUN, SWITCHED
 from mounts.avr_box.simulator import SimulatedAvrBox
@@ -15,6 +18,7 @@ from mounts.drive import AxisSlew
 from mounts.errors import DriveRefused, Unsynchronised
 from mounts.remembered import NEVER
 from transports.errors import LinkError, NoAnswer
+from transports.memory import MemoryLink
 
 
 def opened(**changes):
@@ -104,6 +108,30 @@ def test_a_box_that_was_switched_off_and_on_is_unsynchronised_until_sync(where):
     assert bench.read().unsynchronised == ""
 
 
+class Turning:
+    """A box that somebody turns whenever it is asked."""
+
+    def __init__(self, box):
+        self.box, self.asked = box, 0
+
+    def receive(self, data, t):
+        self.asked += 1
+        self.box.push(1, 50.0 * COUNT[0])
+        return self.box.receive(data, t)
+
+
+@pytest.mark.parametrize("fault", [Fault.DELAY, Fault.MERGE])
+def test_an_answer_that_comes_late_ahead_of_the_next_one_is_not_taken_for_that(fault):
+    clock = VirtualClock(T0)
+    turning = Turning(SimulatedAvrBox(like(), T0, STEPS_PER_TURN))
+    far = FaultyDevice(turning, [None, fault])
+    box = Box(lambda: MemoryLink(far, clock, baud=9600), clock, 9600)
+    assert box.ask(ASK_ENCODERS).pair.one == 50
+    assert box.ask(ASK_ENCODERS).pair.one == 150
+    assert box.ask(ASK_ENCODERS).pair.one == 200
+    assert (turning.asked, box.trust.flaws) == (4, 2)
+
+
 class Garbling:
     """A line that makes something else of the next answers about the encoders, where that is given."""
 
@@ -129,6 +157,15 @@ def test_a_box_switched_off_near_where_it_was_switched_on_is_noticed_though_the_
     bench.read()
     switch_off_and_on(bench.box, bench.clock.now())
     line.instead = [None, Pair(50000, 0)]
+    assert bench.read().unsynchronised == SWITCHED
+
+
+def test_a_box_switched_off_within_what_its_position_may_be_off_is_noticed_by_its_bin():
+    bench = opened()
+    bench.slew(-300.0, 3.2 * COUNT[1])
+    bench.drive.axes[1].widened(2.0 * COUNT[1], bench.clock.now())
+    bench.read()
+    switch_off_and_on(bench.box, bench.clock.now())
     assert bench.read().unsynchronised == SWITCHED
 
 

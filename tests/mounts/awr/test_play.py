@@ -89,6 +89,17 @@ def test_a_side_that_was_lost_leaves_a_blip_unsure_until_the_axis_is_known_behin
         assert axis.at(6.0).uncertainty == pytest.approx(math.hypot(0.5, stated))
 
 
+def test_a_drive_that_goes_on_after_a_blip_was_broken_off_is_not_taken_to_push_its_axis_at_once():
+    axis = AwrAxis(0, 0.0, 0.0, 0.0, side=1.0)
+    axis.has(Play(0.0, 0.0, 200.0), 0.0)
+    axis.drives_at(50.0, 0.0)
+    axis.forget_side()
+    axis.known(50.0, 1.0, 0.5)
+    assert axis.at(1.0).uncertainty > 200.0
+    axis.known(500.0, 10.0, 0.5)  # it has gone by the play since
+    assert axis.at(11.0).uncertainty == pytest.approx(0.5, abs=0.01)
+
+
 def test_what_is_not_known_of_the_play_counts_on_the_other_side_only():
     axis = AwrAxis(1, 0.0, 0.0, 0.0, side=1.0)
     axis.has(Play(0.0, 10.0), 0.0)
