@@ -73,19 +73,22 @@ class Proof:
         self._seen, self._led, self.scaled = [False, False], [0.0, 0.0], False
 
     def require(self, ways: Sequence[float]) -> None:
-        """Refuse a goto by so many steps that leads farther than nobody has seen the keys lead.
+        """Refuse keys that lead farther, by so many steps or with all since the last sync, than anybody has seen.
 
         Raises
         ------
         DriveRefused
-            It does.
+            They do.
         """
         for axis, (way, near) in enumerate(zip(ways, self._settings.near, strict=True)):
-            if not self._seen[axis] and abs(way) > near:
+            led = self._led[axis]
+            farthest = max(abs(way), abs(led + way)) if way else 0.0
+            if not self._seen[axis] and farthest > near:
                 raise DriveRefused(
-                    f"axis {axis + 1} would go {abs(way):.0f} steps, and nobody has seen yet that its keys move it "
-                    f"as far as frequency_unit says, the way that reversed says, so at most {near:.0f} steps (5°): "
-                    "`commission`, or `goto` a star 3° off in both axes, centre it with `jog` and `sync` on it"
+                    f"axis {axis + 1} would go {abs(way):.0f} steps, {abs(led + way):.0f} from where it was at the "
+                    "last sync, and nobody has seen yet that its keys move it as far as frequency_unit says, the way "
+                    f"that reversed says, so at most {near:.0f} steps (5°): `commission`, or `goto` a star 3° off in "
+                    "both axes, centre it with `jog` and `sync` on it"
                 )
 
 

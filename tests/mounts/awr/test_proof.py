@@ -6,7 +6,7 @@ import pytest
 from awr_bench import SETTINGS, T0, Bench
 
 from mounts.awr.factory import factory
-from mounts.awr.memory import at_park
+from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.errors import DriveRefused
 
@@ -15,9 +15,15 @@ CAREFUL = replace(SETTINGS, near=(NEAR, NEAR))
 UNITS = {"frequency_unit": 2.0, "acceleration_unit": 2.0}
 
 
+def unseen(settings=CAREFUL, *, truly=None, **ways):
+    """A telescope that is synchronised, and of which nobody has seen that its keys move it as configured."""
+    memory = at_park((0, 0), T0, "", Shown(settings.assumed, referenced=True))
+    return Bench(settings, unit=SimulatorSettings(words=factory(), **(truly or {})), memory=memory, **ways)
+
+
 def led(settings=CAREFUL, way=(3e4, 3e4), **opposite):
     """A telescope after a goto of 2.5° and a sync on what it truly points at."""
-    bench = Bench(settings, unit=SimulatorSettings(words=factory(), **opposite))
+    bench = unseen(settings, truly=opposite)
     bench.connect()
     bench.slew(*way)
     bench.drive.sync(bench.true(), bench.clock.now())
@@ -71,7 +77,7 @@ def test_what_was_seen_with_other_units_is_not_believed():
 
 
 def test_a_sync_of_an_axis_that_was_lost_tells_nothing():
-    bench = Bench(CAREFUL)
+    bench = unseen()
     bench.connect()
     bench.slew(3e4, 3e4)
     bench.awr.override(stopped=True)
@@ -91,7 +97,7 @@ def test_what_rates_count_from_is_covered_by_what_is_stated_until_it_was_seen(co
     truly = {"motor": "sky", "sky": "motor"}[configured] if opposite else configured
     settings = replace(SETTINGS, rate_reference=configured)
     unit = SimulatorSettings(words=factory(rate_reference=configured), rate_reference=truly)
-    bench = Bench(settings, unit=unit, memory=at_park((0, 0), T0, ""))
+    bench = Bench(settings, unit=unit, memory=at_park((0, 0), T0, "", Shown(settings.assumed, (True, True))))
     bench.connect()
     assert any(f'rate_reference = "{configured}" is so' in note for note in bench.drive.notes)
     for way in (2e4, 1.5e4):
@@ -109,3 +115,41 @@ def test_what_rates_count_from_is_covered_by_what_is_stated_until_it_was_seen(co
     again.line.device = bench.awr
     again.connect()
     assert not any("rate_reference" in note for note in again.drive.notes)
+
+
+def test_gotos_that_lead_far_together_are_refused_as_one_that_does():
+    bench = unseen(truly=UNITS)
+    bench.connect()
+    bench.slew(5e4, 5e4)
+    with pytest.raises(DriveRefused, match="from where it was at the last sync, and nobody has seen yet"):
+        bench.slew(1e5, 5e4)
+    bench.slew(5e4, 0.0)
+    bench.slew(0.0, 0.0)
+    assert max(map(abs, bench.off())) < 1e3
+
+
+@pytest.mark.parametrize("how", ["held", "by hand"])
+def test_keys_that_are_held_lead_no_farther_than_gotos(how):
+    bench = unseen(truly=UNITS)
+    bench.connect(make_safe=True)
+
+    def on():
+        for _ in range(200):
+            if how == "held":
+                bench.drive.move_at((0.0, 4000.0), bench.clock.now())
+                bench.clock.sleep(0.1)
+                bench.read()
+            else:
+                bench.drive.hand.press("UP", "slew", 2.0)
+
+    with pytest.raises(DriveRefused, match="nobody has seen yet"):
+        on()
+    bench.clock.sleep(2.0)
+    bench.read()
+    reckoned = bench.drive.axes[1].at(bench.clock.now()).counts
+    print(f"{how}: led {reckoned:.0f} steps of {NEAR:.0f}")
+    assert 0.75 * NEAR < reckoned <= NEAR
+    assert not any(bench.awr.keys)
+    bench.drive.move_at((0.0, -4000.0), bench.clock.now())  # and back
+    bench.clock.sleep(1.0)
+    bench.drive.move_at((0.0, 0.0), bench.clock.now())
