@@ -62,7 +62,7 @@ def test_a_sync_that_shows_another_scale_or_sense_frees_no_axis_and_is_said(oppo
 
 
 def test_a_way_too_short_to_tell_frees_no_axis():
-    bench = led(way=(3e3, 3e3))
+    bench = led(way=(2.3e4, 2.3e4))  # 1.9°, where 2° tell
     assert not goes_far(bench, 0)
     assert not goes_far(bench, 1)
 
