@@ -58,7 +58,7 @@ def test_what_comes_between_a_command_and_its_answer_is_kept():
 def test_a_key_is_sent_once_and_its_answer_is_waited_for_less_long_than_that_to_a_question():
     wire, heard = Wire(), []
     wire.unit.identify()
-    wire.awr.receive = lambda data, t: heard.append(data) or b""
+    wire.awr.receive = lambda data, _: heard.append(data) or b""
     waited = []
     for ask in (lambda: wire.unit.key("1"), lambda: wire.unit.read(0xFF)):
         began = wire.clock.now()
