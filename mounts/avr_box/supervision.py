@@ -124,7 +124,10 @@ class Supervision:
         self._sight.tie(told)
         self.moved_by = ()
         if not self._sight.any_beyond(told):
-            self._agreed(told)
+            if self._switch.used_nearby(told):
+                self._was_switched_off(told)
+            else:
+                self._agreed(told)
             return
         first, told = told, self._sight.surely_told()
         if self._sight.any_beyond(told):

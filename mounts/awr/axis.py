@@ -127,6 +127,12 @@ class AwrAxis:
             self._stands(motor.counts + self._rate * (time - begin), time, motor.uncertainty, side)
             self.pressed(self.press, time)
 
+    def shortened(self, press: Press) -> None:
+        """The key that moves it was released before its time."""
+        if self._begun is not None:
+            self.press = press
+            self.began(self._begun.time)
+
     def ended(self, way: Way, time: float) -> None:
         """Its motion is over, and how far it went is known."""
         if self._begun is None or self.press is None:

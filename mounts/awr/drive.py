@@ -124,7 +124,7 @@ class AwrDrive:
             (one, two),
             moving=self._slewing.under_way,
             cookie=self._presence.cookie,
-            directions=self.words.lasting.get(0x00, kept.directions),
+            directions=kept.directions if self.words.directions is None else self.words.directions,
             calibration=kept.calibration if self.words.calibration is None else self.words.calibration,
             delay_s=self.keys.known_delay_s,
             index=self.supervision.index,

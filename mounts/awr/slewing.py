@@ -99,7 +99,7 @@ class Slewing:
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
-        parts.keys.speed = None  # the hand box may have set another one, which nothing tells
+        parts.keys.choose_anew()
         parts.remember()
         began = parts.unit.now() + parts.pace.exchange_s + parts.keys.delay_s
         try:
@@ -187,8 +187,8 @@ class Slewing:
         parts.keys.halt()
         self._jog = wanted
         if stage is not None:
-            parts.keys.speed = None  # as in `start`
             parts.remember()
+            parts.keys.choose_anew()
             parts.keys.begin(stage)
         return False
 
