@@ -16,6 +16,7 @@ TOLD_S = 0.25  # after its time in which an event must have come
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
 _DOUBTFUL = 2.5  # standard deviations, by which key and events seldom say otherwise of one motion
+_SURELY = 3.5  # of them, by which a motion was longer than its first release says
 _NEVER = Heard(math.nan, math.nan)
 
 
@@ -46,6 +47,7 @@ class Held:
     began: Happened | None = None
     moves: bool = False
     early_s: float = 0.0
+    repeated: float = math.nan  # POSIX seconds at which it was released last
 
     @property
     def is_pressed(self) -> bool:
@@ -56,6 +58,11 @@ class Held:
     def is_released(self) -> bool:
         """Whether the unit heard that."""
         return not math.isnan(self.released.first)
+
+    @property
+    def is_again(self) -> bool:
+        """Whether it was released once more."""
+        return not math.isnan(self.again.first)
 
     @property
     def is_seen(self) -> bool:
@@ -107,11 +114,12 @@ class Held:
 
     def _by_second(self, duration: float, jitter: Jitter) -> bool:
         """Whether a motion lasted until its second release."""
-        if math.isnan(self.again.first):
+        if not self.is_again:
             return False
         first, last = (each - self.pressed.first for each in self.again)
-        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
-        return self.lasted(first) - near <= duration <= self.lasted(last) + near
+        late = jitter.late_s(self.press.key, self.hold)
+        near = self.lasted(first) - _SIGMAS * late <= duration <= self.lasted(last) + _SIGMAS * late
+        return near and duration > self.lasted(self.holds[1]) + _SURELY * late
 
     @property
     def unsure_s(self) -> float:
@@ -142,6 +150,7 @@ class Held:
     def doubt(self, jitter: Jitter) -> float:
         """Steps within which it is of its plan while it moves, in 95 of 100 cases."""
         unsure = self.unsure_s + self.early_s
+        unsure += self.released.last - self.released.first if self.is_released else 0.0
         return TWO_SIDED_95 * self.press.planned(jitter).sigma + abs(self.press.key.rate) * unsure
 
     def fits_end(self, time: float, jitter: Jitter, delay_s: float) -> bool:
