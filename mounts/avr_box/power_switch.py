@@ -11,6 +11,7 @@ from mounts.avr_box.tick_clock import TickClock
 _FIRST_BINS = 3
 _LATELY_S = 20.0  # within which the bin may have been told already, and taken for one that an index pulse moved
 _AWAY_COUNTS = 5.0  # from nothing, to tell an encoder that began anew
+_JUMP_COUNTS = 2  # from one look to the next, that are no rounding
 
 
 class PowerSwitch:
@@ -44,6 +45,13 @@ class PowerSwitch:
         if not self.counts_from_nothing(told):
             return False
         return max(map(abs, self._counted)) > _AWAY_COUNTS or self._bin_began_anew(self._away(told))
+
+    def used_nearby(self, told: Told) -> bool:
+        """Whether it was used where that has the axes no farther off than they may be: the bin began anew as well."""
+        jumped = any(
+            abs(said - before) >= _JUMP_COUNTS for said, before in zip(told.pair, self._counted, strict=True)
+        )
+        return jumped and self.counts_from_nothing(told) and self._bin_began_anew(self._away(told))
 
     def counts_from_nothing(self, told: Told) -> bool:
         """Whether both encoders say what they would, had the box been switched on since they were last believed."""

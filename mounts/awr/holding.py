@@ -177,6 +177,10 @@ class Holding:
         self.look(0.0)
         return first + self.delay_s
 
+    def choose_anew(self) -> None:
+        """The next stage begins a motion: whatever was chosen before, a hand box may have chosen another since."""
+        self.speed = None
+
     def choose(self, speed: Speed) -> None:
         """Have a speed in force, whatever damaged commands made of it: nothing tells which one is."""
         times = 1 if self.speed == speed else 2

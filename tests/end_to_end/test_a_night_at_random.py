@@ -23,7 +23,7 @@ from pointing.limits import separation
 from pointing.targets import FixedAltAz, Star
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-ACTIONS = 10_000 if FULL else 120
+ACTIONS = 10_000 if FULL else 75
 SUN_DEG, HORIZON_DEG = 25.0, 12.0
 MOVING = by_name("velocity_control").mask("tracking") | by_name("velocity_control").mask("remote_control")
 # Every refusal says which limit is in the way and by how much, or what the telescope does that is.

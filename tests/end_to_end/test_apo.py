@@ -1,6 +1,7 @@
 """Axis controllers from command to sky: on target at the announced moment, and kept there."""
 
 import math
+import os
 from dataclasses import replace
 
 import pytest
@@ -16,7 +17,10 @@ from transports.errors import TransportError
 
 ON_TARGET = 0.05  # arcsec
 SATELLITE_UNSURE = 0.9  # arcsec: 0.25 ms at 1°/s, about which an offset remains unknown by times printed to 1 ms
+FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 KINDS = ("apo", "sdss")
+BEFORE_MIDNIGHT_S = {"apo": 1900.0, "sdss": 1900.0 if FULL else 300.0}
+TRACKED_S = {"apo": 3600.0, "sdss": 3600.0 if FULL else 500.0}
 SKY = ((200.0, 50.0), (20.0, 35.0), (310.0, 70.0), (95.0, 82.0), (250.0, 25.0), (140.0, 60.0))
 
 
@@ -119,10 +123,22 @@ def test_a_400_km_satellite_is_met_with_its_velocity_and_followed(kind, tmp_path
         assert not witness.dry()
 
 
-@pytest.mark.parametrize("offset_ms", [0.0, 0.9, -80.0])
+LINES = [("apo", 0.02, 0), ("apo", 0.15, 38400), ("sdss", 0.02, 0), ("sdss", 0.001, 9600), ("apo", 0.02, 9600)]
+OFFSETS_MS = (0.0, 0.9, -80.0)
+EVERY_LINE_AND_OFFSET = [  # and in full each line with each offset
+    (*LINES[0], 0.0),
+    (*LINES[1], -80.0),
+    (*LINES[2], 0.9),
+    (*LINES[3], -80.0),
+    (*LINES[3], 0.0),
+    (*LINES[4], 0.9),
+]
+
+
+@pytest.mark.campaign
 @pytest.mark.parametrize(
-    ("kind", "latency_s", "baud"),
-    [("apo", 0.02, 0), ("apo", 0.15, 38400), ("sdss", 0.02, 0), ("sdss", 0.001, 9600), ("apo", 0.02, 9600)],
+    ("kind", "latency_s", "baud", "offset_ms"),
+    [(*line, offset_ms) for line in LINES for offset_ms in OFFSETS_MS] if FULL else EVERY_LINE_AND_OFFSET,
 )
 def test_a_first_goto_arrives_over_slow_lines_and_with_clocks_that_are_off(
     kind, latency_s, baud, offset_ms, tmp_path
@@ -206,15 +222,17 @@ def test_an_axis_that_lands_early_goes_on_with_the_target_as_it_is_then(rotator,
         _keeps_its_limits(witness)
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_star_is_tracked_for_an_hour_through_tai_midnight(kind, tmp_path):
-    with apo_telescope(kind, tmp_path, MIDNIGHT - 1900.0) as scope:
+    with apo_telescope(kind, tmp_path, MIDNIGHT - BEFORE_MIDNIGHT_S[kind]) as scope:
         witness = ApoWitness(scope)
         star = star_at(scope, 130.0, 55.0)
         scope.goto(star)
-        off = witness.tracked_arcsec(star, 3600.0, 3.37)
-        assert scope.clock.now() > MIDNIGHT + 1600.0
-        print(f"{kind}: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks in an hour")
+        assert scope.clock.now() < MIDNIGHT - 100.0
+        off = witness.tracked_arcsec(star, TRACKED_S[kind], 3.37)
+        assert scope.clock.now() > MIDNIGHT + 200.0
+        print(f"{kind}: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks in {TRACKED_S[kind]:g} s")
         assert rms(off) < 0.02
         assert not witness.dry()
         assert scope.status()["doing"] == "tracking"
@@ -227,9 +245,9 @@ ZENITH = [("sdss", 0.5), ("sdss", 2.0), ("apo", 5.05)]  # how near the zenith a 
 def test_a_star_is_tracked_past_the_zenith(kind, miss_deg, tmp_path):
     with apo_telescope(kind, tmp_path) as scope:
         witness = ApoWitness(scope)
-        star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + 900.0)  # its transit
+        star = star_at(scope, 180.0, 90.0 - miss_deg, NIGHT + 600.0)  # its transit
         scope.goto(star)
-        off = witness.tracked_arcsec(star, 1500.0, 2.3)
+        off = witness.tracked_arcsec(star, 900.0, 2.3)
         print(f"{kind}, {miss_deg}° from the zenith: {rms(off):.5f}″ rms, {max(off):.5f}″ worst of {len(off)} looks")
         assert scope.status()["doing"] == "tracking"
         assert max(off) < ON_TARGET
@@ -237,8 +255,15 @@ def test_a_star_is_tracked_past_the_zenith(kind, miss_deg, tmp_path):
         _keeps_its_limits(witness)
 
 
-@pytest.mark.parametrize(("kind", "miss_deg"), ZENITH)
-@pytest.mark.parametrize("after_s", [-60.0, 0.0, 60.0])
+@pytest.mark.campaign
+@pytest.mark.parametrize(
+    ("kind", "miss_deg", "after_s"),
+    [
+        (*zenith, after_s)
+        for zenith in ZENITH
+        for after_s in ((-60.0, 0.0, 60.0) if FULL or zenith == ZENITH[0] else (0.0,))
+    ],
+)
 def test_a_star_beside_the_zenith_is_met_at_its_fastest(kind, miss_deg, after_s, tmp_path):
     with apo_telescope(kind, tmp_path) as scope:
         witness = ApoWitness(scope)
@@ -271,7 +296,7 @@ def _keeps_its_limits(witness):
 
 @pytest.mark.parametrize(
     ("kind", "miss_deg", "transit_s", "name"),
-    [("apo", 1.0, 2400.0, "axis2 soft limit"), ("sdss", 0.05, 900.0, "axis1 speed")],
+    [("apo", 1.0, 1700.0, "axis2 soft limit"), ("sdss", 0.05, 500.0, "axis1 speed")],
 )
 def test_where_an_axis_cannot_go_it_stops_as_foretold_and_stands(kind, miss_deg, transit_s, name, tmp_path):
     with apo_telescope(kind, tmp_path) as scope:
@@ -393,9 +418,9 @@ def test_a_rotator_that_tracks_is_sent_a_short_way_to_another_angle(kind, altitu
         star = star_at(scope, 150.0, altitude, scope.clock.now() + 60.0)
         scope.goto(star, position_angle_deg=40.0)
         for angle in (40.0, 40.01, 40.1, 39.999, 40.0003):
-            scope.wait(9.0)
+            scope.wait(4.0)
             scope.goto(star, position_angle_deg=angle)
-            scope.wait(12.0)
+            scope.wait(6.0)
             assert scope.status()["rotator"]["position_angle_deg"] == pytest.approx(angle, abs=1e-5)
         assert not witness.dry()
 

@@ -160,6 +160,15 @@ def test_a_box_switched_off_near_where_it_was_switched_on_is_noticed_though_the_
     assert bench.read().unsynchronised == SWITCHED
 
 
+def test_a_box_switched_off_within_what_its_position_may_be_off_is_noticed_by_its_bin():
+    bench = opened()
+    bench.slew(-300.0, 3.2 * COUNT[1])
+    bench.drive.axes[1].widened(2.0 * COUNT[1], bench.clock.now())
+    bench.read()
+    switch_off_and_on(bench.box, bench.clock.now())
+    assert bench.read().unsynchronised == SWITCHED
+
+
 @pytest.mark.parametrize("axis", [1, 2])
 def test_an_axis_that_a_hand_moved_is_within_what_is_stated_though_the_second_look_is_garbled(axis):
     bench, line = garbling()
