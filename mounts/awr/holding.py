@@ -27,6 +27,7 @@ SOON_S = 0.6  # before a release from which on a look lasts until it
 _BEGUN_S = 0.1  # in which the beginning of a motion must be told, once the delay of keys is known
 _AGAIN_S = 0.06, 0.12  # after a release at which it is sent again, as it may have been damaged
 _APART = 6.0  # standard deviations by which both are told apart by when the motion ends
+_SELDOM = 3.0  # standard deviations after which a motion should have ended
 _EVERY_S = 0.1  # from then on, until it is told that the axis stands
 _ROOM_S = 0.02  # on the line for a release and its answer
 _LATE_S = 0.01  # by which a key is pressed or released late, as its answer or another's was lost
@@ -260,19 +261,24 @@ class Holding:
         Not while its end is expected, which shows that it was heard, nor while another key is due.
         """
         jitter = self.punctuality.jitter
-        late = min(_AGAIN_S[1], held.strange_s(jitter) + self._unit.delay_s)
+        late_s = jitter.late_s(held.press.key, held.hold)
         if held.is_again:
-            at = held.repeated + _EVERY_S
+            last = held.repeated
+            at = last + _EVERY_S
         else:
             least, most = _AGAIN_S
-            at = held.released.first + min(max(least, _APART * jitter.late_s(held.press.key, held.hold)), most)
+            last = held.released.first
+            at = last + min(max(least, _APART * late_s), most)
+        end = held.ends(self.delay_s)
         taken = [(due - _ROOM_S, due + _ROOM_S) for due, _, _ in self._due]
+        taken.append((end - 2.0 * _ROOM_S, end + min(_EVERY_S, _ROOM_S + _SELDOM * late_s + self._unit.delay_s)))
         for other in self._held.values():
-            if other.is_released:
+            if other is not held and other.is_released:
                 end = other.ends(self.delay_s)
-                taken.append((end - 2.0 * _ROOM_S, end + (late if other is held else _ROOM_S)))
+                taken.append((end - 2.0 * _ROOM_S, end + _ROOM_S))
         for begin, end in sorted(taken):
-            at = end if begin < at < end else at
+            if begin < at < end:
+                at = begin if begin > last + 2.0 * _ROOM_S else end
         return at
 
     def _unended(self, axis: int, held: Held) -> None:

@@ -201,7 +201,7 @@ class Unit:
                 answers.append((said, packet))
             else:
                 time = packet.time - self.byte_s - self.delay_s
-                self._events.append(Happened(said, time, packet.behind_s + unheard))
+                self._events.append(Happened(said, time, packet.behind_s + packet.unheard_s))
         return answers
 
     # Commands --------------------------------------------------------------------------------------------------

@@ -649,29 +649,6 @@ def test_a_clock_that_was_turned_back_between_two_programs_makes_it_unsynchronis
     assert "60 s earlier than when the position was kept" in again.connect().unsynchronised
 
 
-@pytest.mark.parametrize("how", ["goto", "held", "by hand"])
-def test_a_speed_that_a_hand_box_chose_between_two_motions_is_chosen_anew(how):
-    bench = Bench()
-    bench.connect(make_safe=True)
-    stages = {"goto": 30.0, "held": 15.0, "by hand": 15.0}
-    for _ in range(2):
-        if how == "goto":
-            bench.slew(0.0, bench.true()[1] + stages[how], rates=(0.0, 0.0))
-        elif how == "held":
-            bench.drive.move_at((0.0, stages[how]), bench.clock.now())
-            bench.clock.sleep(2.0)
-            bench.drive.move_at((0.0, 0.0), bench.clock.now())
-        else:
-            bench.drive.hand.press("UP", "guide", 1.0)
-        bench.clock.sleep(2.0)
-        bench.read()
-        assert bench.drive.keys.speed == bench.awr.speed
-        off, stated = abs(bench.off()[1]), bench.read().axes[1].uncertainty_counts
-        print(f"{how}: {off:.2f} steps off, {stated:.2f} stated")
-        assert off < max(1.0, 2.0 * stated)
-        bench.awr.speed = "move"
-
-
 @pytest.mark.parametrize("firmware", [0.71, 0.72])
 def test_firmware_that_cannot_be_asked_for_its_override_says_that_a_stop_may_pass_unseen(firmware):
     bench = Bench(unit=SimulatorSettings(firmware=firmware))
