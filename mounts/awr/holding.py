@@ -288,7 +288,7 @@ class Holding:
         if self._unit.now() < self._told_by(held):
             self._let_up(axis)
             held.again = held.again if held.is_again else self._unit.heard
-            held.repeated = self._unit.now()
+            held.later = (*held.later, self._unit.now())
         elif not held.is_seen:
             self._lost(axis, "began")
         elif self.moving[axis] and self._told_at > held.ends(self.delay_s) + held.strange_s(self.punctuality.jitter):
@@ -461,8 +461,9 @@ class Holding:
             del self._held[axis]
             return
         off = held.lasts_otherwise(duration, jitter, alone=alone)
-        if off > 0.0 and not alone:
-            self._by_its_key(axis, held)  # its own event was lost, and this is of the other axis
+        most = held.hold if alone else held.most(duration, jitter)
+        if not alone and (off > 0.0 or most > held.hold):
+            self._by_its_key(axis, held, most)  # the event of its own end or of the other's was lost
         elif off != 0.0:
             self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
         else:
@@ -472,9 +473,9 @@ class Holding:
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
 
-    def _by_its_key(self, axis: int, held: Held) -> None:
-        """A motion is over of which one event was lost: it went as far as its key was held."""
-        self._axes[axis].ended(held.planned(self.punctuality.jitter), self._unit.now())
+    def _by_its_key(self, axis: int, held: Held, most: float = 0.0) -> None:
+        """A motion is over of which an event was lost: it went as far as its key was held, `most` seconds at most."""
+        self._axes[axis].ended(held.planned(self.punctuality.jitter, most), self._unit.now())
         self.unproven = True
         del self._held[axis]
 
