@@ -6,7 +6,8 @@ released at once.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -217,7 +218,8 @@ class Holding:
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self.unheard = axis
-        self._unit.release((axis, axis))
+        with self._promised(axis):
+            self._unit.release((axis, axis))
         self._rest()
         now = self._unit.now()
         way = abs(held.press.key.way(now - since))
@@ -284,8 +286,7 @@ class Holding:
     def _unended(self, axis: int, held: Held) -> None:
         """Nothing tells yet that an axis stands whose key was released."""
         if self._unit.now() < self._told_by(held):
-            self._promise(axis)
-            self._unit.release((axis,))
+            self._let_up(axis)
             held.again = held.again if held.is_again else self._unit.heard
             held.later = (*held.later, self._unit.now())
         elif not held.is_seen:
@@ -310,20 +311,43 @@ class Holding:
         self._release(axis, held)
 
     def _release(self, axis: int, held: Held) -> None:
-        self._promise(axis)
-        self._unit.release((axis,))
+        self._let_up(axis)
         held.released = self._unit.heard
         if abs(held.hold - held.press.hold) > _LATE_S:
             held.press = replace(held.press, hold=held.hold)
             self._axes[axis].shortened(held.press)
         self._rest()
 
-    def _promise(self, axis: int) -> None:
-        """Have the other's key released in time, be the answer to this one's awaited then."""
-        early = self._unit.key_s
-        self._unit.promise(
-            {each: due - early for due, each, down in self._due if not down and self._is_down(each)}, axis
-        )
+    def _let_up(self, axis: int) -> None:
+        """Release a key, and press that of the other axis anew which a damaged release may have turned round."""
+        other = 1 - axis
+        with self._promised(axis):
+            self._unit.release((axis,))
+        heard, held = self._unit.heard, self._held.get(other)
+        if held is not None and held.is_seen and self._is_down(other) and self._due_in(other) > 2.0 * _ROOM_S:
+            with self._promised(other, pressed=True), suppress(NoAnswer):
+                self._unit.key(commands.PRESSES[other, held.press.sign])
+        self._unit.heard = heard
+
+    @contextmanager
+    def _promised(self, axis: int, *, pressed: bool = False) -> Iterator[None]:
+        """Have the other's key released in time, be the answer to one of this axis awaited then.
+
+        While a release awaits its answer one that is not to be held is released as well, as a damaged release may
+        have become its press. The answer to a press is not mixed with others.
+        """
+        other = 1 - axis
+        due_s = self._due_in(other) if self._is_down(other) else math.inf if pressed else self._unit.again_s
+        self._unit.promise({other: self._unit.now() + due_s}, None if pressed else axis)
+        try:
+            yield
+        finally:
+            self._unit.withdraw()
+
+    def _due_in(self, axis: int) -> float:
+        """Seconds until the release of a key that is held is to be sent."""
+        dues = [due for due, each, down in self._due if each == axis and not down]
+        return min(dues, default=math.inf) - self._unit.key_s - self._unit.now()
 
     def _is_down(self, axis: int) -> bool:
         """Whether a key of ours is held."""
@@ -351,9 +375,9 @@ class Holding:
     def _press(self, axis: int, held: Held, due: float) -> None:
         body = commands.PRESSES[axis, held.press.sign]
         heard = self._unit.now() + self._unit.key_s
-        self._promise(axis)
         try:
-            heard = self._unit.key(body)
+            with self._promised(axis, pressed=True):
+                heard = self._unit.key(body)
         except NoAnswer:
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
                 self._unheard(axis, heard)
