@@ -117,6 +117,31 @@ def test_a_goto_that_an_encoder_did_not_see_states_the_whole_way_as_uncertain(ax
     assert reading.axes[axis - 1].uncertainty_counts > 19_000.0
 
 
+@pytest.mark.parametrize("axis", [1, 2])
+def test_an_encoder_that_slips_is_believed_for_ten_degrees_in_all(axis):
+    bench = opened()
+    seen, zeros = bench.box.encoders, bench.box.encoders()
+    slips = lambda i: 0.7 if i == axis - 1 else 1.0  # noqa: E731
+    bench.box.encoders = lambda: tuple(
+        zero + round(slips(i) * (each - zero)) for i, (each, zero) in enumerate(zip(seen(), zeros, strict=True))
+    )
+    sent, why = 0.0, ""
+    for way in range(20):
+        target = STEPS_PER_TURN[axis - 1] / 60.0 * (1 - way % 2)  # 6° to and fro
+        here = [each.counts for each in bench.read().axes]
+        targets = [target if i == axis - 1 else each for i, each in enumerate(here)]
+        sent += abs(targets[axis - 1] - here[axis - 1])
+        try:
+            bench.slew(*targets, rates=(0.0, 0.0))
+        except Unsynchronised as lost:
+            why = str(lost)
+            break
+    short = 0.3 * sent / STEPS_PER_TURN[axis - 1] * 360.0
+    print(f"\naxis {axis}: told when its encoder had seen {short:.1f}° too little")
+    assert f"axis {axis} has fallen 10° short" in why
+    assert 8.0 < short < 14.0
+
+
 def test_one_move_that_is_lost_is_no_encoder_that_stands():
     bench = opened(60_000.0, 50_000.0)
     bench.box.__dict__["_begin"] = lambda *_: None
