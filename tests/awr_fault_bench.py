@@ -200,7 +200,7 @@ class Night:
         self.clock = VirtualClock(T0)
         self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
-        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
+        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, (True, True), referenced=True))
         self.rate, self.lost = rate, False
         self.due, self.until, self.said = [], T0, set()
         self.alive = self.closed_until = 0.0

@@ -147,6 +147,12 @@ class AwrAxis:
         self.press = self._begun = None
         self.led(way.steps)
 
+    def leads(self, time: float) -> float:
+        """Steps, signed, by which the key that moves it will have done so, if it is released by then."""
+        if self.press is None or self._begun is None:
+            return 0.0
+        return self.press.key.way(min(self.press.hold, time - self._begun.time))
+
     def known(self, counts: float, time: float, uncertainty: float) -> None:
         """It is known where it is; whatever moved it is over."""
         side = self.side(time)

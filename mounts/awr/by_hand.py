@@ -191,8 +191,9 @@ class ByHand:
         AwrError
             There is no such key or speed, or not for so long; the unit did not hear it.
         DriveError, TransportError
-            There is no dead-man process, or the unit does not obey.
+            It leads farther than keys were seen to lead; there is no dead-man process, or the unit does not obey.
         """
+        self._parts.proof.require(self.way_of(name, speed, seconds))
         self._press(name, cast("Speed", speed), seconds, self._parts.pace.present)
 
     def try_drive(self) -> tuple[float, float, float]:
