@@ -300,12 +300,12 @@ class Holding:
 
     def _cut_short(self, axis: int, held: Held) -> None:
         """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
-        self._shortened(axis, held)
         other = self._held.get(1 - axis)
         if other is None:
             self._unit.release((1 - axis,))
         elif other.is_pressed and not other.is_released:
             self._shortened(1 - axis, other)
+        self._shortened(axis, held)
 
     def _shortened(self, axis: int, held: Held) -> None:
         """Release a key before its time."""
