@@ -74,7 +74,7 @@ class Reckoning:
 
     def at(self, time: float) -> Reckoned:
         """Where it is at a time not before that at which it was last known."""
-        way = self._way(self._time, time)
+        way = self.way(self._time, time)
         counts, uncertainty, moving, suspended = self._counts + way, self._uncertainty, False, False
         for motion in self._motions:
             if time <= motion.begin:
@@ -82,13 +82,25 @@ class Reckoning:
             begun = motion.duration if time >= motion.end else time - motion.begin
             counts += motion.made(begun)
             if motion.suspends:
-                counts -= self._way(motion.begin, motion.begin + begun)
+                counts -= self.way(motion.begin, motion.begin + begun)
             uncertainty += motion.uncertainty
             under_way = time < motion.end
             moving, suspended = moving or under_way, suspended or (under_way and motion.suspends)
         rate = 0.0 if suspended else self._rates[bisect_right(self._times, time) - 1]
         rate += sum(_speed(motion, time) for motion in self._motions if motion.begin < time < motion.end)
         return Reckoned(counts, rate, uncertainty + abs(way) * self.rate_uncertainty, moving)
+
+    def way(self, begin: float, end: float) -> float:
+        """Counts that the rate makes from one time to another, without motions."""
+        if end <= begin:
+            return -self.way(end, begin) if end < begin else 0.0
+        way, here = 0.0, begin
+        index = bisect_right(self._times, begin) - 1
+        while here < end:
+            until = min(end, self._times[index + 1]) if index + 1 < len(self._times) else end
+            way += self._rates[index] * (until - here)
+            here, index = until, index + 1
+        return way
 
     def goes_on(self, rate: float, time: float) -> None:
         """From `time` on it goes on at another rate; what was said of later times is void."""
@@ -127,18 +139,6 @@ class Reckoning:
         self._motions.clear()
         first = bisect_right(self._times, time) - 1
         self._times, self._rates = [-math.inf, *self._times[first + 1 :]], self._rates[first:]
-
-    def _way(self, begin: float, end: float) -> float:
-        """Counts that the rate makes from one time to another."""
-        if end <= begin:
-            return -self._way(end, begin) if end < begin else 0.0
-        way, here = 0.0, begin
-        index = bisect_right(self._times, begin) - 1
-        while here < end:
-            until = min(end, self._times[index + 1]) if index + 1 < len(self._times) else end
-            way += self._rates[index] * (until - here)
-            here, index = until, index + 1
-        return way
 
 
 _MOMENT = 1e-3

@@ -153,6 +153,13 @@ class BoxAxis:
         """What part of a microstep of tracking is under way then."""
         return self._tracked(time) % 1.0
 
+    def tracks(self, begin: float, end: float) -> float:
+        """Counts that tracking makes from one time to another, guided where it is; below 0 where `end` is before.
+
+        `+` and `-` that are under way when a slew begins go on for up to two minutes, and change the rate after it.
+        """
+        return self.reckoning.way(begin, end)
+
     def _tracked(self, time: float) -> float:
         return self.sign * (self.at(time).counts - self._whole) + _ROUNDING
 
@@ -183,9 +190,12 @@ class BoxAxis:
         return lambda seconds: sign * self.law.made(half, cycles_in(seconds - again_s, crystal))
 
     def guided(self, rate: float, begin: float, duration: float) -> None:
-        """The rate of axis 1 is another for a time: by how much is the manual's, and may be wrong by all of it."""
+        """The rate of axis 1 is another for a time: by how much is the manual's, and may be wrong by all of it.
+
+        Its timer has what it counted of the microstep under way, so that all of that has the other rate.
+        """
         self._trims(abs(rate - self.own_rate) * max(0.0, duration), begin)
-        self.reckoning.goes_on(rate, begin)
+        self.reckoning.goes_on(rate, begin - self.part_made(begin) / abs(self.own_rate))
         self.reckoning.goes_on(self.own_rate, begin + duration)
         self.guided_until = begin + duration
 

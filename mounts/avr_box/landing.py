@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
-_PARTS = (0.1, 0.5, 0.9)  # of the time in which it is on one place on arrival
-_EDGE = 0.001  # microsteps: what is shorter cannot be met
+_PARTS = (0.0, 0.5, 1.0)  # of the time in which it is on one place on arrival, less its edges
+_EDGE = 0.04  # microsteps: a rate that changes within one, as guiding begins and ends, moves its end by up to 0.018
 _ROUNDS = 6
 _APART = 8  # half microsteps over which it is looked how far a longer move leads
 _LEAST_SLOPE = 0.3  # microsteps a half; a move that is as slow as tracking leads no farther
@@ -44,10 +44,14 @@ class Lands(Protocol):
         """What part of a microstep of tracking is under way then."""
         ...
 
+    def tracks(self, begin: float, end: float) -> float:
+        """Counts that tracking makes from one time to another, guided where it is; below 0 where `end` is before."""
+        ...
+
 
 @dataclass(frozen=True)
 class Aim:
-    """Where an axis is to be at a time, and go on from at the rate of its own."""
+    """Where an axis is to be at a time, and go on from as it tracks then."""
 
     counts: float
     time: float  # POSIX seconds
@@ -81,7 +85,7 @@ def landings(
         for early in _phases(axis, aim, _begin(axis, aim, earliest, 0.0, half), half):
             begin = _begin(axis, aim, earliest, early * step, half)
             off, end = _off(axis, aim, begin, half), begin + axis.duration(abs(half))
-            yield Landing(half, begin, off - middle, _later_off(axis, off, aim.arrival - end))
+            yield Landing(half, begin, off - middle, _later_off(axis, off, end, aim.arrival))
 
 
 def _phases(axis: Lands, aim: Aim, begin: float, half: int) -> Iterator[float]:
@@ -92,11 +96,11 @@ def _phases(axis: Lands, aim: Aim, begin: float, half: int) -> Iterator[float]:
     if not axis.own_rate:
         yield 0.0
         return
-    after = (aim.arrival - begin - axis.duration(abs(half))) * abs(axis.own_rate)
+    after = axis.sign * axis.tracks(begin + axis.duration(abs(half)), aim.arrival)
     bounds = sorted((0.0, axis.part_made(begin), 1.0 - after % 1.0, 1.0))
     for first, last in pairwise(bounds):
-        if last - first > _EDGE:
-            yield from (first + (last - first) * part for part in _PARTS)
+        if (wide := last - first - 2.0 * _EDGE) > 0.0:
+            yield from (first + _EDGE + wide * part for part in _PARTS)
 
 
 def _begin(axis: Lands, aim: Aim, earliest: float, early: float, half: int) -> float:
@@ -120,10 +124,10 @@ def solved(axis: Lands, aim: Aim, earliest: float, planned: int) -> int:
 def _off(axis: Lands, aim: Aim, begin: float, half: int) -> float:
     """Microsteps by which a move ends beyond where it should."""
     end = begin + axis.duration(abs(half))
-    return axis.starts_from(begin) + 2 * half - aim.counts - axis.own_rate * (end - aim.time)
+    return axis.starts_from(begin) + 2 * half - aim.counts - axis.tracks(aim.time, end)
 
 
-def _later_off(axis: Lands, off: float, after: float) -> float:
-    """Microsteps from its way so many seconds after it landed: it makes whole ones."""
-    made = max(0.0, after) * abs(axis.own_rate)
+def _later_off(axis: Lands, off: float, end: float, arrival: float) -> float:
+    """Microsteps from its way on arrival, of a move that ended before: it makes whole ones."""
+    made = axis.sign * axis.tracks(end, max(end, arrival))
     return abs(off + axis.sign * (math.floor(made) - made))

@@ -1,6 +1,6 @@
 """Slews of both axes: where each is aimed, in which pieces it goes, and each piece sent at its time.
 
-Both axes are aimed so that they are right when the later one has landed: each then goes on at the rate of its own.
+Both axes are aimed so that they are right when the later one has landed: each then tracks on.
 """
 
 from collections.abc import Sequence
@@ -103,7 +103,8 @@ class Slews:
             return
         later = axis.aim.arrival - _AHEAD_S - axis.aim.time
         if later > 0.0:
-            axis.aim = replace(axis.aim, counts=axis.aim.counts + later * axis.own_rate, time=axis.aim.time + later)
+            due = axis.aim.time + later
+            axis.aim = replace(axis.aim, counts=axis.aim.counts + axis.tracks(axis.aim.time, due), time=due)
             axis.slew_ends += later
             axis.waiting[-2:] = [Waiting(each.piece, each.begin + later) for each in axis.waiting[-2:]]
 
@@ -182,7 +183,7 @@ class Slews:
         begins = aim.time - axis.duration(last.half)
         ends = begins - axis.model.pause_s
         lost = _INTERRUPTED * axis.sign if axis.own_rate else 0.0
-        return Aim(aim.counts - last.steps + lost - axis.own_rate * axis.model.pause_s, ends, begins)
+        return Aim(aim.counts - last.steps + lost - axis.tracks(ends, begins), ends, begins)
 
     def _last(self, axis: BoxAxis, aim: Aim, planned: int, piece: Piece) -> Landing | None:
         """The last piece, which leads to the aim from where the axis is when it begins; None where none does."""
@@ -208,9 +209,9 @@ def _planned(slews: Sequence[AxisSlew]) -> float | None:
 
 
 def _led(axis: BoxAxis, slew: AxisSlew, lands: float, arrival: float) -> float:
-    """Where an axis must land to be right on arrival, going on at the rate of its own until then.
+    """Where an axis must land to be right on arrival, tracking on until then.
 
     Its target was given for its planned landing; from there the path goes on at `rate_after`.
     """
     planned = lands if slew.arrival is None else slew.arrival
-    return slew.target + slew.rate_after * (arrival - planned) - axis.own_rate * (arrival - lands)
+    return slew.target + slew.rate_after * (arrival - planned) - axis.tracks(lands, arrival)

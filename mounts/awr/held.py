@@ -47,7 +47,7 @@ class Held:
     began: Happened | None = None
     moves: bool = False
     early_s: float = 0.0
-    repeated: float = math.nan  # POSIX seconds at which it was released last
+    later: tuple[float, ...] = ()  # POSIX seconds at which it was released, each time but the first
 
     @property
     def is_pressed(self) -> bool:
@@ -63,6 +63,11 @@ class Held:
     def is_again(self) -> bool:
         """Whether it was released once more."""
         return not math.isnan(self.again.first)
+
+    @property
+    def repeated(self) -> float:
+        """POSIX seconds at which it was released last, where that was more than once."""
+        return self.later[-1] if self.later else math.nan
 
     @property
     def is_seen(self) -> bool:
@@ -141,10 +146,16 @@ class Held:
             return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))
         return way
 
-    def planned(self, jitter: Jitter) -> Way:
-        """Its way by when it was pressed and released alone."""
+    def most(self, duration: float, jitter: Jitter) -> float:
+        """Seconds for which it was held at most that stood so long after it began, by the release that fits that."""
+        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
+        holds = (time - self.pressed.first for time in self.later)
+        return max((hold for hold in holds if abs(duration - self.lasted(hold)) <= near), default=self.hold)
+
+    def planned(self, jitter: Jitter, most: float = 0.0) -> Way:
+        """Its way by when it was pressed and released alone, held for `most` seconds at most where that is more."""
         way = replace(self.press, hold=self.hold).planned(jitter)
-        unsure = self.unsure_s + self.released.last - self.released.first
+        unsure = self.unsure_s + max(self.released.last - self.released.first, most - self.hold)
         return way._replace(sigma=way.sigma + abs(self.press.key.rate) * unsure / TWO_SIDED_95)
 
     def doubt(self, jitter: Jitter) -> float:

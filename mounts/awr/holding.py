@@ -6,7 +6,8 @@ released at once.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -217,7 +218,8 @@ class Holding:
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self.unheard = axis
-        self._unit.release((axis, axis))
+        with self._promised(axis):
+            self._unit.release((axis, axis))
         self._rest()
         now = self._unit.now()
         way = abs(held.press.key.way(now - since))
@@ -284,10 +286,9 @@ class Holding:
     def _unended(self, axis: int, held: Held) -> None:
         """Nothing tells yet that an axis stands whose key was released."""
         if self._unit.now() < self._told_by(held):
-            self._promise(axis)
-            self._unit.release((axis,))
+            self._let_up(axis)
             held.again = held.again if held.is_again else self._unit.heard
-            held.repeated = self._unit.now()
+            held.later = (*held.later, self._unit.now())
         elif not held.is_seen:
             self._lost(axis, "began")
         elif self.moving[axis] and self._told_at > held.ends(self.delay_s) + held.strange_s(self.punctuality.jitter):
@@ -310,20 +311,43 @@ class Holding:
         self._release(axis, held)
 
     def _release(self, axis: int, held: Held) -> None:
-        self._promise(axis)
-        self._unit.release((axis,))
+        self._let_up(axis)
         held.released = self._unit.heard
         if abs(held.hold - held.press.hold) > _LATE_S:
             held.press = replace(held.press, hold=held.hold)
             self._axes[axis].shortened(held.press)
         self._rest()
 
-    def _promise(self, axis: int) -> None:
-        """Have the other's key released in time, be the answer to this one's awaited then."""
-        early = self._unit.key_s
-        self._unit.promise(
-            {each: due - early for due, each, down in self._due if not down and self._is_down(each)}, axis
-        )
+    def _let_up(self, axis: int) -> None:
+        """Release a key, and press that of the other axis anew which a damaged release may have turned round."""
+        other = 1 - axis
+        with self._promised(axis):
+            self._unit.release((axis,))
+        heard, held = self._unit.heard, self._held.get(other)
+        if held is not None and held.is_seen and self._is_down(other) and self._due_in(other) > 2.0 * _ROOM_S:
+            with self._promised(other, pressed=True), suppress(NoAnswer):
+                self._unit.key(commands.PRESSES[other, held.press.sign])
+        self._unit.heard = heard
+
+    @contextmanager
+    def _promised(self, axis: int, *, pressed: bool = False) -> Iterator[None]:
+        """Have the other's key released in time, be the answer to one of this axis awaited then.
+
+        While a release awaits its answer one that is not to be held is released as well, as a damaged release may
+        have become its press. The answer to a press is not mixed with others.
+        """
+        other = 1 - axis
+        due_s = self._due_in(other) if self._is_down(other) else math.inf if pressed else self._unit.again_s
+        self._unit.promise({other: self._unit.now() + due_s}, None if pressed else axis)
+        try:
+            yield
+        finally:
+            self._unit.withdraw()
+
+    def _due_in(self, axis: int) -> float:
+        """Seconds until the release of a key that is held is to be sent."""
+        dues = [due for due, each, down in self._due if each == axis and not down]
+        return min(dues, default=math.inf) - self._unit.key_s - self._unit.now()
 
     def _is_down(self, axis: int) -> bool:
         """Whether a key of ours is held."""
@@ -351,9 +375,9 @@ class Holding:
     def _press(self, axis: int, held: Held, due: float) -> None:
         body = commands.PRESSES[axis, held.press.sign]
         heard = self._unit.now() + self._unit.key_s
-        self._promise(axis)
         try:
-            heard = self._unit.key(body)
+            with self._promised(axis, pressed=True):
+                heard = self._unit.key(body)
         except NoAnswer:
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
                 self._unheard(axis, heard)
@@ -437,8 +461,9 @@ class Holding:
             del self._held[axis]
             return
         off = held.lasts_otherwise(duration, jitter, alone=alone)
-        if off > 0.0 and not alone:
-            self._by_its_key(axis, held)  # its own event was lost, and this is of the other axis
+        most = held.hold if alone else held.most(duration, jitter)
+        if not alone and (off > 0.0 or most > held.hold):
+            self._by_its_key(axis, held, most)  # the event of its own end or of the other's was lost
         elif off != 0.0:
             self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
         else:
@@ -448,9 +473,9 @@ class Holding:
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
 
-    def _by_its_key(self, axis: int, held: Held) -> None:
-        """A motion is over of which one event was lost: it went as far as its key was held."""
-        self._axes[axis].ended(held.planned(self.punctuality.jitter), self._unit.now())
+    def _by_its_key(self, axis: int, held: Held, most: float = 0.0) -> None:
+        """A motion is over of which an event was lost: it went as far as its key was held, `most` seconds at most."""
+        self._axes[axis].ended(held.planned(self.punctuality.jitter, most), self._unit.now())
         self.unproven = True
         del self._held[axis]
 

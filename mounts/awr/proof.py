@@ -118,8 +118,9 @@ class Proof:
     def confirmed(self, keys: Collection[str]) -> None:
         """A commissioning has confirmed these keys of the configuration."""
         for axis, needed in enumerate(_KEYS):
-            if needed <= set(keys) and not self._seen[axis]:
-                self._seen[axis], self._closely[axis] = True, _COMMISSIONED
+            if needed <= set(keys):
+                closely = min(self._closely[axis], _COMMISSIONED) if self._seen[axis] else _COMMISSIONED
+                self._seen[axis], self._closely[axis] = True, closely
         self.referenced = self.referenced or _REFERENCE in keys
         self.scaled = self.scaled or _POSTSCALER in keys
 

@@ -122,7 +122,7 @@ class Unit:
         return 3.0 * self.byte_s + self.delay_s
 
     @property
-    def _again_s(self) -> float:
+    def again_s(self) -> float:
         """Seconds after which a release that was not answered is sent again."""
         return RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
 
@@ -225,11 +225,15 @@ class Unit:
         self._note_heard(self._sent)
         return self._sent + self.delay_s
 
-    def promise(self, releases: Mapping[int, float], axis: int) -> None:
-        """Release the keys of other axes at their times as well, while a key of an axis waits for its answer."""
+    def promise(self, releases: Mapping[int, float], axis: int | None) -> None:
+        """Release other keys at their times, while one of an axis awaits its answer; of that it is known when."""
         self._promised = dict(releases)
         kept = self._kept_promises.items()
         self._kept_promises = {each: sent for each, sent in kept if each == axis or each in releases}
+
+    def withdraw(self) -> None:
+        """Nothing is to be released meanwhile any more."""
+        self._promised.clear()
 
     def release(self, axes: tuple[int, ...] = (0, 1)) -> float:
         """Release the keys of axes, again and again until the unit has said so; return when the last one was heard.
@@ -264,7 +268,7 @@ class Unit:
                     self._release_blindly(rest)
                 self._sent = self._kept.opened().write(data)
                 first, sends = min(first, self._sent), sends + 1
-                due = self._sent + self._again_s
+                due = self._sent + self.again_s
                 due += _FAR_S if attempt == _RELEASES - 1 else 0.0
                 while (left := due - self.now()) > 0.0:
                     if self._confirms(self._await(left), sends):
@@ -534,7 +538,7 @@ class Unit:
         for axis, due in list(self._promised.items()):
             if due <= self.now():
                 sent = self._kept.opened().write(commands.packet(commands.RELEASES[axis]))
-                self._promised[axis] = math.inf if axis in self._kept_promises else sent + self._again_s
+                self._promised[axis] = math.inf if axis in self._kept_promises else sent + self.again_s
                 self._kept_promises.setdefault(axis, sent)
                 self._strays += 1
         soon = min(self._promised.values(), default=math.inf) - self.now()

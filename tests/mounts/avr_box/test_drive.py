@@ -79,8 +79,25 @@ def test_a_slew_lands_within_a_microstep_at_the_time_that_was_predicted(ways, pp
     assert max(worst) <= 1.0 + 1e-3  # POSIX seconds are known to 0.2 µs, in which tracking makes 1e-4 microsteps
 
 
-def landed(settings, ppm, rng):
-    """One slew of a box whose crystal is known: microsteps off when predicted, seconds that its motors are late."""
+@pytest.mark.campaign
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize(
+    "settings", [SETTINGS, replace(SETTINGS, encoder_counts_per_turn=0)], ids=["", "no encoders"]
+)
+def test_a_slew_out_of_guiding_lands_within_a_microstep_while_that_goes_on(settings):
+    rng, worst, slews = random.Random("guided"), [0.0, 0.0], 100 if FULL else 3  # noqa: S311
+    for i in range(slews):
+        off, _ = landed(settings, 0.0, rng, guided=(1, -1)[i % 2])
+        worst = [max(pair) for pair in zip(worst, off, strict=True)]
+    print(f"\n{slews} slews out of guiding: {worst[0]:.2f} and {worst[1]:.2f} microsteps off at worst")
+    assert max(worst) <= 1.0 + 1e-3
+
+
+def landed(settings, ppm, rng, guided=None):
+    """One slew of a box whose crystal is known: microsteps off when predicted, seconds that its motors are late.
+
+    It may begin, and land, within 8 s of `guided` tracking, faster or slower, on a path that is 20 microsteps off.
+    """
     unit = like(
         slew_table=settings.slew_table,
         move_count=settings.move_count,
@@ -93,8 +110,15 @@ def landed(settings, ppm, rng):
     bench = Bench(settings, unit, kept)
     bench.connect()
     bench.clock.sleep(rng.uniform(0.0, 20.0))
+    if guided:
+        here, there = (axis.counts for axis in bench.read().axes)
+        path = Line((here + 20.0 * guided, there), ((1.0 + 0.0125 * guided) * SIDEREAL, 0.0), bench.clock.now())
+        bench.follow(path, 1.0)
+        assert bench.drive.axes[0].guided_until > bench.clock.now() + 8.0
     start = bench.read()
-    targets = tuple(round(axis.counts + rng.choice((-1, 1)) * 10.0 ** rng.uniform(3.5, 6.3)) for axis in start.axes)
+    longest = 4.5 if guided else 6.3  # so that it ends before guiding does
+    ways = [rng.choice((-1, 1)) * 10.0 ** rng.uniform(3.5, longest) for _ in start.axes]
+    targets = tuple(round(axis.counts + way) for axis, way in zip(start.axes, ways, strict=True))
     rates = settings.signs[0] * SIDEREAL, 0.0
     began = bench.clock.now() + bench.drive.start_latency
     durations = [

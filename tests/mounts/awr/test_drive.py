@@ -10,8 +10,10 @@ from dataclasses import replace
 import pytest
 from awr_bench import SETTINGS, SIDEREAL, STILL, Bench, Line
 
+from mounts.awr.cascade import Press, Stage
 from mounts.awr.errors import AwrError
 from mounts.awr.factory import factory
+from mounts.awr.ramps import Key
 from mounts.awr.registers import by_name
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.drive import AxisSlew
@@ -284,6 +286,39 @@ def test_a_key_that_became_one_of_the_other_axis_is_released_though_no_motion_is
     bench.clock.sleep(0.1)
     assert bench.true()[0] > 100.0
     assert bench.awr.keys == [0, 0]
+
+
+@pytest.mark.parametrize("unheard", [1, 2])
+def test_a_motion_that_went_on_to_a_later_release_is_stated_so_where_the_end_of_the_other_axis_was_not_told(unheard):
+    """One event tells then that both stand, and nobody knows of which it is, nor which release was heard."""
+    bench = Bench()
+    bench.connect()
+    receive, says, lost = bench.awr.receive, bench.awr.says, []
+
+    def garbled(data, t):  # the first releases of axis 1 become releases of axis 2
+        if data == b":5#" and len(lost) < unheard:
+            lost.append(data)
+            return receive(b":6#", t)
+        return receive(data, t)
+
+    def told(until):
+        said = says(until)
+        return said if said is None or b"X10" not in said[1] else (said[0], b"")
+
+    key = Key(1600.0, 20000.0)
+    bench.drive.keys.begin(Stage("move", (Press(key, 1.0), Press(key, 0.8)), (0.0, 0.0), 1.0, (0.0, 0.0), (0.0, 0.0)))
+    bench.clock.sleep(0.3)
+    bench.read()
+    bench.awr.receive, bench.awr.says = garbled, told
+    while bench.drive.keys.busy:
+        bench.clock.sleep(0.1)
+        bench.read()
+    off, reading = bench.off(), bench.read()
+    stated = [axis.uncertainty_counts for axis in reading.axes]
+    print(f"\n{off[0]:+.0f} and {off[1]:+.0f} steps off, {stated[0]:.0f} and {stated[1]:.0f} stated")
+    assert len(lost) == unheard
+    assert not reading.unsynchronised
+    assert all(abs(each) < most < 600.0 for each, most in zip(off, stated, strict=True))
 
 
 @pytest.mark.parametrize(
