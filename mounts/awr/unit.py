@@ -25,8 +25,8 @@ from mounts.awr.registers import (
     supported,
     version_of,
 )
-from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
+from mounts.steady import SteadyClock
 from transports.errors import LinkError, NoAnswer
 from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
