@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from clockdrive.configuration import Configuration
 from clockdrive.drives import kind_of
 from clockdrive.state import StateStore
+from mounts.errors import DriveError
 from transports.link import Clock
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ _INHERITED = (
     "the simulator goes on as it was left {:.0f} s ago; give `state.path` another folder for a new one, or "
     "remove what this one holds"
 )
+
+_ANEW = "the simulator begins anew at park, as what an earlier build of it left cannot be read ({!r})"
+_UNREADABLE = (DriveError, LookupError, TypeError, ValueError, AttributeError)
 
 
 class Embedded:
@@ -51,8 +55,15 @@ class Embedded:
             kept[0]["t0"] = float(str(kept[0]["t0"])) - (kept[1] - now)
         self.new = kept is None
         self.inherited = "" if kept is None else _INHERITED.format(max(0.0, now - kept[1]))
-        """What must be said of one that goes on as it was left; empty for a new one."""
-        self.device = kind_of(configuration).simulated(configuration, now, None if kept is None else kept[0])
+        """What must be said of one that was left by an earlier command; empty for a new one."""
+        simulated = kind_of(configuration).simulated
+        try:
+            self.device = simulated(configuration, now, None if kept is None else kept[0])
+        except _UNREADABLE as error:
+            if kept is None:
+                raise
+            self.new, self.inherited = True, _ANEW.format(error)
+            self.device = simulated(configuration, now, None)
 
     @property
     def lines(self) -> "tuple[Device, ...]":

@@ -141,7 +141,9 @@ class Planner(Geometry):
             return self.reachable(target, begin)
 
         def goes(time: float) -> bool:
-            return self.straight(target, Start(time, start.counts), timing, posture)[0] is not None
+            then = Start(time, start.counts)  # whether there is any way; which is the best of them is dear to know
+            ways = self._ways_to(target, then, timing, posture)
+            return any(_is_free(self._solved(target, way, soonest, then, timing)) for soonest, way in ways)
 
         return self._first(goes, start.time)
 
@@ -162,16 +164,14 @@ class Planner(Geometry):
         self, target: Target, start: Start, timing: Timing, posture: Posture | None = None
     ) -> tuple[Plan | None, Plan | None]:
         """Return the best plan in one leg, or none and the refused plan of what seemed the quickest way."""
-        frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
-        postures = POSTURES if posture is None else (posture,)
         best = refused = None
         kept = 0.0
-        ways = self._ways(*target.observed_with_rate(frame), self.sun(frame), start, timing, postures)
+        ways = self._ways_to(target, start, timing, posture)
         for soonest, way in ways:
             if best is not None and kept >= _KEPT_S and soonest >= best.eta - timing.latency:
                 break
             plan = self._solved(target, way, soonest, start, timing)
-            if not all(check.ok for check in plan.checks):
+            if not _is_free(plan):
                 refused = refused or plan
                 continue
             keeps = self._kept(target, plan) if len(ways) > 1 else _KEPT_S
@@ -194,6 +194,14 @@ class Planner(Geometry):
                     break
                 seconds += step
         return seconds
+
+    def _ways_to(
+        self, target: Target, start: Start, timing: Timing, posture: Posture | None
+    ) -> list[tuple[float, _Way]]:
+        """All ways to a target as it is when the motion begins; see `_ways`."""
+        frame = self.sky.at(Instant.from_posix(start.time + timing.latency))
+        postures = POSTURES if posture is None else (posture,)
+        return self._ways(*target.observed_with_rate(frame), self.sun(frame), start, timing, postures)
 
     def _ways(
         self,
@@ -383,6 +391,10 @@ class Planner(Geometry):
             yield Check(f"{axis.name} speed", ok=needed <= most, detail=said)
             if (check := held(setup, axis.rate)) is not None:
                 yield check
+
+
+def _is_free(plan: Plan) -> bool:
+    return all(check.ok for check in plan.checks)
 
 
 def _is_barred(plan: Plan) -> bool:

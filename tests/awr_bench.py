@@ -109,7 +109,7 @@ class Bench(Wire):
 
     def __init__(self, settings=SETTINGS, unit=None, memory=None, **ways):
         super().__init__(unit, **ways)
-        seen = Shown(settings.assumed, referenced=True)
+        seen = Shown(settings.assumed, (True, True), referenced=True)
         self.kept = memory if memory is not None else at_park((0, 0), self.clock.now(), "", seen)
         self.guard = Guard()
         self.drive = AwrDrive(self.unit, settings, self.kept, self._keep, self.guard)

@@ -10,17 +10,19 @@ import re
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from awr_bench import SETTINGS, SIDEREAL, Guard, Mutilating
 
 from clockdrive.clock import VirtualClock
+from mounts.awr.commands import RELEASES, packet
 from mounts.awr.dead_man_frames import safe_frames
 from mounts.awr.drive import AwrDrive
 from mounts.awr.memory import Shown, at_park
 from mounts.awr.simulator import SimulatedAwr
 from mounts.awr.simulator_settings import SimulatorSettings
 from mounts.awr.uncertainty import Jitter
-from mounts.awr.unit import Unit
+from mounts.awr.unit import RELEASE_AGAIN_S, Unit
 from mounts.deadman_process import QUICK_ATTEMPTS, QUICK_PAUSE_S, confirm, send_at_once
 from mounts.drive import AxisSlew
 from mounts.errors import DriveError
@@ -29,15 +31,34 @@ from transports.memory import MemoryLink
 
 T0 = 1_800_000_000.0
 BAUD = 9600
+LINE_S = 0.01  # that a release takes on the line, with its answer
 RATE = 0.05  # of packets and writes that something happens to
 DEEDS = ("none", "late", "closed", "killed", "saved", "override", "reset", "power cut")
 SILENCE_S, HASTY_S, EASY_S = 0.7, 0.12, 10.0  # of the dead-man process, as `clockdrive/drives/awr/kind.py` has them
 WRITTEN = 0x05  # the word that `drive save` keeps
+LATE_S = 0.2  # beyond its plan a key may be held, beside what is excused
+SOON_S = 0.05  # before its time a release may be sent, to be there at it
 GROSS = 2.55  # times the stated 95 %: five standard deviations, which is no chance
 
 
 class Killed(BaseException):
     """The program was killed; nothing in it may catch that."""
+
+
+class Release(NamedTuple):
+    """A release on the line.
+
+    Attributes
+    ----------
+    sent, arrived : float
+        POSIX seconds at which it should have come to the unit, and at which its last byte did.
+    lost : bool
+        The line made something else of it.
+    """
+
+    sent: float
+    arrived: float
+    lost: bool
 
 
 class Forging(Mutilating):
@@ -47,13 +68,31 @@ class Forging(Mutilating):
         super().__init__(device, seed, rate)
         self.off = False
         self.said = {}  # bodies, and when the host said them last
+        self.releases = [], []  # of each axis
 
     def receive(self, data, t):
         self.said |= dict.fromkeys(re.findall(r":([^:#]*)#", data.decode("latin-1")), t)
+        self.device.advance(t)
         if self.off:
-            self.device.advance(t)
             return b""
-        return super().receive(data, t)
+        come = self.mutilated(data)
+        answer = self.device.receive(come, t)
+        arrived = max(t, self.device._inward._free)
+        for body, releases in zip(RELEASES, self.releases, strict=True):
+            if packet(body) in data:
+                releases.append(Release(t, arrived, packet(body) not in come))
+        return self.mutilated(answer)
+
+    def held_up(self, axis, since, until):
+        """Seconds for which this line kept a release from its axis that was sent in a time, and by what."""
+        excused = Counter()
+        for release in self.releases[axis]:
+            if since <= release.sent <= until:
+                excused["changed"] += RELEASE_AGAIN_S + LINE_S if release.lost else 0.0
+                if not release.lost:
+                    excused["held up"] += release.arrived - release.sent
+                    break
+        return excused
 
     def says(self, until):
         said = super().says(until)
@@ -124,9 +163,12 @@ class Judged:
     why: Counter = field(default_factory=Counter)  # the position was unknown after a goto
     needed: int = 0  # of them after a deed that nobody could look behind
     runs_lost: int = 0
-    late_s: float = 0.0  # keys held beyond their plan, but for those that nobody pressed
+    keys: int = 0  # that were pressed
+    late_s: float = 0.0  # keys held beyond their plan, or pressed by a command that nobody gave, less what is excused
     dead_s: float = 0.0  # likewise, released by a dead-man process or after it
-    forged_s: float = 0.0  # those that a changed command pressed or did not release
+    longest_s: float = 0.0  # likewise, by either, and nothing excused
+    excused: Counter = field(default_factory=Counter)  # keys that were held too long, by what the line did
+    late: list = field(default_factory=list)  # those held too long for which the line is no excuse
     commands: Counter = field(default_factory=Counter)  # that the unit obeyed and nobody gave
     misled: set = field(default_factory=set)  # runs in which such a one made a position wrong
     worn: Counter = field(default_factory=Counter)  # words kept for good, by a command that was given
@@ -138,8 +180,8 @@ class Judged:
         rows = (
             f"{self.readings} readings, {self.beyond / max(1, self.readings):.2%} beyond what is stated",
             f"axes after a goto {dict(self.ends)}; grossly wrong {self.gross[:9]}, while moving {len(self.moving)}",
-            f"keys at most {self.late_s * 1e3:.0f} ms late, {self.dead_s * 1e3:.0f} ms by a dead-man process",
-            f"those that a changed command pressed or did not release {self.forged_s * 1e3:.0f} ms",
+            f"{self.keys} keys at most {self.late_s:.3f} s late, {self.dead_s:.3f} s by a dead-man process",
+            f"{self.longest_s:.3f} s with what is excused: {dict(self.excused)}; not excused {self.late[:9]}",
             f"worn {dict(self.worn)}, by damaged commands {dict(self.forged)}, unsaid {self.unsaid}",
             f"commands that nobody gave {dict(self.commands)}, by which {len(self.misled)} positions were wrong",
             f"a stop, reset or power cut unnoticed for {self.blind_s:.1f} s",
@@ -158,7 +200,7 @@ class Night:
         self.clock = VirtualClock(T0)
         self.awr = SimulatedAwr(SimulatorSettings(seed=seed + 1, debug=0.1), T0)
         self.line = Forging(self.awr, seed, 0.0)
-        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, referenced=True))
+        self.kept = at_park((0, 0), T0, "", Shown(SETTINGS.assumed, (True, True), referenced=True))
         self.rate, self.lost = rate, False
         self.due, self.until, self.said = [], T0, set()
         self.alive = self.closed_until = 0.0
@@ -313,20 +355,29 @@ class Night:
                 continue
             if was and self.since[axis] is not None:
                 begun, hold = self.since[axis]
-                if hold is None or self.changed_at > begun:
-                    self.judged.forged_s = max(self.judged.forged_s, now - max(begun + (hold or 0.0), self.until))
-                else:
-                    late = now - max(begun + hold, self.until)
-                    if self.acted or not self.alive:
-                        self.judged.dead_s = max(self.judged.dead_s, late)
-                    else:
-                        self.judged.late_s = max(self.judged.late_s, late)
+                self.released(axis, begun, hold, now)
                 self.since[axis] = None
+                if hold is not None and now >= begun + hold - SOON_S:
+                    self.planned[axis] = None  # one that came late is pressed anew
             if is_:
                 planned = self.planned[axis]
                 ours = planned is not None and planned[0] == is_
                 self.since[axis] = now, planned[1] if ours else None
-                self.planned[axis] = None if ours else planned
+
+    def released(self, axis, begun, hold, now):
+        """A key is not pressed any more that was to be held so long; of one that nobody pressed it is None."""
+        due = max(begun + (hold or 0.0), self.until)
+        excused = self.line.held_up(axis, due - SOON_S, now)
+        late, dead = now - due, self.acted or not self.alive
+        self.judged.keys += 1
+        self.judged.longest_s = max(self.judged.longest_s, late)
+        if late > LATE_S:
+            self.judged.excused.update(what for what, seconds in excused.items() if seconds > 0.0)
+        late -= sum(excused.values())
+        if late > LATE_S:
+            self.judged.late.append((self.seed, self.deed, axis, hold and round(hold, 3), round(late, 3), dead))
+        name = "dead_s" if dead else "late_s"
+        setattr(self.judged, name, max(getattr(self.judged, name), late))
 
     def judge(self, reading, *, end=False):
         """A reading against the motors."""

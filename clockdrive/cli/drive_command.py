@@ -32,9 +32,9 @@ def words(command: argparse.ArgumentParser) -> None:
     action("pull", "write what the unit has otherwise into the file of -c, or print it")
     push = action("push", "write the configuration into the unit: the keys named, or all that differ; not saved")
     push.add_argument("keys", nargs="*", metavar="KEY", help="as in `drive diff`, axis1.park_deg")
-    raw = action("raw", "give an axis controller a command of its manual; apo and sdss")
+    raw = action("raw", "give an axis controller a command of its manual, or hold a key of an awr")
     raw.add_argument("axis", metavar="AXIS", help=AXIS_WORDS)
-    raw.add_argument("words", nargs="+", metavar="COMMAND", help="such as STATUS, MS.DUMP, STEP 0.01, + 3")
+    raw.add_argument("words", nargs="+", metavar="COMMAND", help="STATUS, MS.DUMP, STEP 0.01, + 3; LEFT guide 0.5")
     raw.add_argument("--yes", action="store_true", help="confirm what is risky")
     seen = action(
         "fiducials", "when an axis passed its fiducials, and by how much its position was off; apo and sdss"

@@ -149,6 +149,8 @@ class Follower:
             self._doubtful[i] = True  # until it has met
             self._given[i] = self._meet(i, where)[-1].time
             self._doubtful[i], axis.clock_stepped = False, False
+            if self._lacks(i, axis.answered + AHEAD_S, axis.answered):  # what another axis needs may last longer
+                self._give_next(i, where, axis.answered, partial(self._interval_s, i, where))
         elif not changed:
             self._keep_time(i, where, time)
 

@@ -85,6 +85,7 @@ class BoxAxis:
         """Whether a move was sent since the encoder last agreed."""
         self.asked = 0
         """Microsteps, signed, of the moves since its encoder last agreed at rest."""
+        self._jumped = 0.0
         self.unproved_steps = kept.unproved_steps
         """Microsteps of all moves since a `sync` that nothing has shown to go as far, and that way."""
         self.trimmed = 0.0
@@ -131,6 +132,10 @@ class BoxAxis:
     def at(self, time: float) -> Reckoned:
         """Where it is reckoned to be."""
         return self.reckoning.at(time)
+
+    def led(self, time: float) -> float:
+        """Where it would be by what it was told alone, whatever was found since: counts from anywhere."""
+        return self.at(time).counts - self._jumped
 
     def rate_until_free(self, time: float) -> float:
         """Counts per second, of a short move the mean until the axis takes another: it cannot be led off it."""
@@ -205,6 +210,7 @@ class BoxAxis:
 
     def known(self, counts: float, time: float, uncertainty: float) -> None:
         """It is known where it is; what is under way goes on from there."""
+        self._jumped += counts - self.at(time).counts
         self.reckoning.known(counts, time, uncertainty)
         self._whole = counts
 
@@ -226,6 +232,7 @@ class BoxAxis:
         self.abandon()
         self._moves.clear()
         self.slew_ends = self.guided_until = -math.inf
+        self._jumped += counts - self.at(time).counts
         self.reckoning.halted(counts, time, uncertainty)
         if self.index == 0:
             self.reckoning.goes_on(self.own_rate, time)

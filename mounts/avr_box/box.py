@@ -100,9 +100,10 @@ class Box:
         link = self._kept.opened()
         try:
             begin = link.write(command) + self.delay_s
-        except LinkError:
+        except BaseException as error:  # whatever ends it, a person's Ctrl-C as well: part of it may have gone out
             self.in_doubt = COMMANDS[chr(command[0])].arguments > 0
-            self._kept.close()
+            if isinstance(error, LinkError):
+                self._kept.close()
             raise
         self.trust.sent(chr(command[0]), begin)
         return begin

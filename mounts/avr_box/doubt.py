@@ -49,7 +49,9 @@ class Doubt:
     def of(self, axis: BoxAxis, time: float) -> float:
         """Microsteps by which an axis may be off at a time, POSIX seconds."""
         ran = 2.0 * axis.law.fastest  # one may run this way that was sent the other way
-        return self._blind(axis, time, ran) if axis.encoder is None else self._seen(axis, axis.encoder, time, ran)
+        if axis.encoder is None:
+            return self._blind(axis, time, ran)
+        return self._seen(axis, axis.encoder, time, ran) + self._supervision.unseen(axis)
 
     @property
     def untried(self) -> tuple[str, ...]:

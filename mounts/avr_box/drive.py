@@ -93,7 +93,8 @@ class AvrBoxDrive:
 
     def _may_not_be_held(self) -> bool:
         watch = self.supervision
-        return watch.in_doubt() or watch.on_trial or bool(watch.standing.alarms)
+        standing = watch.standing
+        return watch.in_doubt() or watch.on_trial or bool(standing.runaways) or self.axes[0].index in standing.blind
 
     # What it is ------------------------------------------------------------------------------------------------
 

@@ -13,6 +13,7 @@ from mounts.avr_box.closing import TIMES, Closing
 from mounts.avr_box.settings import AvrSettings
 from mounts.avr_box.supervision import Supervision
 from mounts.avr_box.tick_watch import TickWatch
+from mounts.errors import DriveError
 from transports.errors import TransportError
 
 _COMMAND_BYTES = 6
@@ -111,8 +112,13 @@ class Moves:
         self._remember()
         try:
             yield
+        except (DriveError, TransportError):
+            raise  # what a link that failed may have left in the box is in doubt from here on
+        except BaseException:  # it may have been made and is not reckoned
+            self._box.in_doubt = True
+            raise
         finally:
-            self.sending = False  # what a link that failed may have left in the box is in doubt from here on
+            self.sending = False
             self._remember()
 
     def send_short(self, axis: BoxAxis, half: int, *, others: bool = False) -> None:

@@ -57,6 +57,17 @@ def end(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
     return left + running_on(box, slowed)
 
 
+def break_off(box: Box, axis: BoxAxis, encoder: Encoder) -> None:
+    """End the move under way of an axis that no encoder sees: nobody can look whether it did."""
+    if not axis.begun(box.now()):
+        return
+    rising = axis.at(box.now()).rate > 0.0
+    begin = box.send(Runaway(axis, encoder, rising).ending)
+    state = axis.at(begin)
+    axis.halted(state.counts, begin, state.uncertainty)
+    axis.moved(commands.FIVE_ARCMIN[axis.index], -1 if rising else 1, begin)
+
+
 def running_on(box: Box, running: Sequence[Runaway]) -> list[Runaway]:
     """Look which of them still run; those that stand are where their encoders say.
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import Box, Told
 from mounts.avr_box.reasons import RUNS_ON, RUNS_UNENDED
-from mounts.avr_box.runaway import AGAIN_S, RUNS_COUNTS, Runaway, end, running_on
+from mounts.avr_box.runaway import AGAIN_S, RUNS_COUNTS, Runaway, break_off, end, running_on
 from mounts.avr_box.standing import Standing
 
 BY_HAND_S = 3.0
@@ -59,9 +59,14 @@ class Runaways:
         for each in running:
             self._standing.note((RAN if self._endable else RAN_UNENDED).format(each.axis.index + 1))
         self._left = end(self._box, running) if self._endable else running_on(self._box, running)
-        self._standing.alarms = tuple(f"axis {each.axis.index + 1} runs away" for each in self._left)
+        self._standing.runaways = tuple(f"axis {each.axis.index + 1} runs away" for each in self._left)
         for each in self._left:
             self._standing.lose((RUNS_ON if self._endable else RUNS_UNENDED).format(each.axis.index + 1))
+
+    def break_off(self, axis: BoxAxis) -> None:
+        """End the move under way of an axis that its encoder does not see."""
+        if self._endable and axis.encoder is not None:
+            break_off(self._box, axis, axis.encoder)
 
     def lasted(self, time: float) -> float:
         """Seconds since an axis that runs now was first seen to."""

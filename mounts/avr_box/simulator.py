@@ -223,9 +223,11 @@ class SimulatedAvrBox:
     def encoders(self) -> tuple[int, int]:
         """What both encoders count since it was switched on."""
         turned = (self.settings.encoder_reversed1, self.settings.encoder_reversed2)
+        stills = (self.settings.encoder_still1, self.settings.encoder_still2)
+        senses = (0 if still else -1 if back else 1 for still, back in zip(stills, turned, strict=True))
         one, two = (
-            round((self._stands(axis) - zero) / steps * self.settings.encoder_counts_per_turn * (-1 if back else 1))
-            for axis, zero, steps, back in zip((1, 2), self._encoder_zero, self.steps_per_turn, turned, strict=True)
+            round((self._stands(axis) - zero) / steps * self.settings.encoder_counts_per_turn * sense)
+            for axis, zero, steps, sense in zip((1, 2), self._encoder_zero, self.steps_per_turn, senses, strict=True)
         )
         return one, two
 

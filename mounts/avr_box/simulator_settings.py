@@ -25,6 +25,8 @@ class SimulatorSettings:
         `>`, `N`, `n` and `D` turn axis 2 to smaller angles, `<`, `S` and `s` to larger ones.
     encoder_reversed1, encoder_reversed2 : bool
         An encoder counts against its axis.
+    encoder_still1, encoder_still2 : bool
+        An encoder counts nothing, as its cable is off, and is said to stand where it was when it was switched on.
     encoder_counts_per_turn : int
         0: none are fitted, and `Q` answers zeros.
     slew_table : tuple of int
@@ -56,6 +58,8 @@ class SimulatorSettings:
     north_reversed: bool = False
     encoder_reversed1: bool = False
     encoder_reversed2: bool = False
+    encoder_still1: bool = False
+    encoder_still2: bool = False
     encoder_counts_per_turn: int = 20000
     slew_table: tuple[int, ...] = standard()
     table_clocks: Literal["byte+1", "byte"] = "byte+1"

@@ -21,8 +21,16 @@ class Standing:
     def __init__(self, axes: Sequence[BoxAxis], unsynchronised: str) -> None:
         self._axes = axes
         self.unsynchronised = unsynchronised
-        self.alarms: tuple[str, ...] = ()
+        self.runaways: tuple[str, ...] = ()
+        """Alarms for axes that run on."""
+        self.blind: set[int] = set()
+        """The axes, 0 or 1, whose encoders see nothing."""
         self._events: list[str] = []
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What must be seen to before anything moves again."""
+        return self.runaways + tuple(f"the encoder of axis {index + 1} stands still" for index in sorted(self.blind))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -31,7 +39,8 @@ class Standing:
 
     def given(self) -> None:
         """A person says where they are."""
-        self.unsynchronised, self.alarms = "", ()
+        self.unsynchronised, self.runaways = "", ()
+        self.blind.clear()
 
     def lose(self, why: str) -> None:
         """From here on nobody knows where they are."""

@@ -11,14 +11,15 @@ from mounts.avr_box import commands
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.box import HALF_A_COMMAND, Box, Told
 from mounts.avr_box.encoders import Encoder
-from mounts.avr_box.evidence import Evidence
+from mounts.avr_box.evidence import DAMAGES, Evidence
 from mounts.avr_box.power_switch import PowerSwitch
-from mounts.avr_box.reasons import ABSENT, AGAINST, BAD_LINE, MAY_RUN, STEPPED, SWITCHED
+from mounts.avr_box.reasons import ABSENT, AGAINST, BAD_LINE, MAY_RUN, STEPPED, STILL, SWITCHED
 from mounts.avr_box.runaway import BOUND_COUNTS, RUNS_COUNTS, Runaway
 from mounts.avr_box.runaways import BY_HAND_S, Runaways
 from mounts.avr_box.sight import TIMING_S, Astray, Sight
 from mounts.avr_box.standing import Standing
 from mounts.avr_box.tick_clock import TickClock
+from mounts.avr_box.unseen import Unseen
 
 _UNPROVED_COUNTS = 1.3  # beyond what was asked, where a move may have been mutilated: two roundings and their times
 ABSENT_S = 60.0
@@ -61,6 +62,7 @@ class Supervision:
         self._switch = PowerSwitch(box, axes, ticks, since)
         self._runaways = Runaways(box, axes, self.standing, endable=endable)
         self._evidence = Evidence()
+        self._unseen = (Unseen(), Unseen())
         self.on_trial = False
         """A move is under way of which nobody knows yet where it leads."""
         self.moved_by: tuple[str, ...] = ()
@@ -85,6 +87,10 @@ class Supervision:
         """When the encoders were last believed, POSIX seconds."""
         return self._switch.looked
 
+    def unseen(self, axis: BoxAxis) -> float:
+        """Microsteps that an axis was led while its encoder stood, and which it may have gone."""
+        return self._unseen[axis.index].steps
+
     def found(self) -> None:
         """Look for the first time: tie the encoders, or say where the axes went while nobody looked."""
         if self._axes[0].encoder is None:
@@ -94,11 +100,19 @@ class Supervision:
         told = self._box.ask(commands.ASK_ENCODERS)
         if self.unsynchronised:
             return
+        for axis, unseen in zip(self._axes, self._unseen, strict=True):
+            if axis.encoder is not None and axis.encoder.zero is not None:
+                here = axis.at(self.looked).counts
+                unseen.look(axis, axis.encoder.counts(here), self.looked)
+        self._see(told)
         self._sight.tie(told)
         if self._sight.any_beyond(told):
             if self._switch.counts_from_nothing(told):  # far from where they would be, had it not been switched off
                 self._was_switched_off(told)
             else:
+                for axis in self._axes:
+                    if axis.encoder is not None:
+                        axis.encoder.proved = None  # nobody saw whether it was turned by hand meanwhile
                 self._repair(self._sight.astray(told))
         self._sight.bound(told, flawed=self.flawed)
         self._switch.looked = told.middle
@@ -123,6 +137,9 @@ class Supervision:
             return
         self._sight.tie(told)
         self.moved_by = ()
+        self._see(told)
+        if self.unsynchronised:
+            return
         if not self._sight.any_beyond(told):
             if self._switch.used_nearby(told):
                 self._was_switched_off(told)
@@ -188,11 +205,22 @@ class Supervision:
         self._ticks.forget()
         self._runaways.forget()
         self._evidence.forget()
+        for unseen in self._unseen:
+            unseen.forget()
         encoders = [axis.encoder for axis in self._axes if axis.encoder is not None]
         for encoder in encoders:
             encoder.zero = None
         if encoders:
             self._sight.tie(self._box.ask(commands.ASK_ENCODERS))
+
+    def _see(self, told: Told) -> None:
+        """See whether the encoders see anything; one that does not is no longer believed, nor its axis moved."""
+        for axis, unseen in zip(self._axes, self._unseen, strict=True):
+            unseen.look(axis, told.pair[axis.index], told.middle)
+            if unseen.is_blind(bad_line=self._damages >= DAMAGES):
+                self.standing.lose(STILL.format(axis.index + 1))
+                self.standing.blind.add(axis.index)
+                self._runaways.break_off(axis)
 
     def _agreed(self, told: Told) -> None:
         self._sight.bound(told, flawed=self.flawed)
@@ -241,7 +269,8 @@ class Supervision:
         """The encoder is right, to a count; one that again and again says the opposite is not."""
         for axis, encoder, told, runs, *_ in astray:
             said, state = encoder.steps(told.pair[axis.index]), axis.at(told.middle)
-            if why := self._evidence.opposes(axis, encoder, said, state.counts):
+            against = self._evidence.opposes(axis, encoder, said, state.counts)
+            if why := against or self._evidence.falls_short(axis, encoder, said, state.counts, self._damages):
                 self.standing.lose(why)
                 return
             self.standing.note(

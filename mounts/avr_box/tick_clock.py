@@ -3,7 +3,8 @@
 Each answer to `P` bounds the moment of the last tick: not after the answer, not a tick before the question. Bounds
 are carried on from tick to tick, a little wider each time as long as the crystal is not known, and intersected. Over
 minutes they tell the crystal as well. An index pulse of the worm moves the bin and not the tick: a jump of the bin
-tells nothing of the tick.
+tells nothing of the tick. Once one was seen, the next comes a turn of the worm later, unless the axis is moved: what
+looks like one sooner is a clock that was set.
 """
 
 import math
@@ -16,6 +17,7 @@ CRYSTAL_UNCERTAINTY = 1e-4
 _SURER = 0.5  # times as sure as before, for the crystal to be taken anew
 NEAR_TICKS = 2.0
 _PULSE_S = 30.0  # for which nothing need be heard, that a bin which a pulse moved is believed
+_TURN = 0.96 * BINS, 1.04 * BINS  # ticks that a turn of the worm takes, however it is guided
 _LEAST = 2e-6  # to which a crystal is believed; it changes with the temperature
 
 
@@ -39,6 +41,7 @@ class TickClock:
         """Whether no tick and no index pulse explains the bin: a clock was set, or the box began anew."""
         self.slipped_s = 0.0
         """Seconds by which ticks came otherwise than they should, by less than a tick, all told."""
+        self._pulse = -math.inf  # POSIX seconds, of the last one where tracking alone has turned the worm since then
         self._heard = -math.inf  # POSIX seconds, when an answer was taken in last
         self._bin: int | None = None  # after the tick below
         self._low = self._high = -math.inf  # bounds of a tick, POSIX seconds
@@ -82,15 +85,25 @@ class TickClock:
 
     def _pulsed(self, number: int, zero: int, latest: float) -> bool:
         """Whether an index pulse since the last answer may have made the bin what it is."""
+        if latest - self._pulse < _TURN[0] * self.tick_s:
+            return False
         return (number - zero) % BINS <= min(latest - self._heard, _PULSE_S) / self.tick_s + NEAR_TICKS
+
+    def worm_turned(self) -> None:
+        """The axis was moved: the next index pulse may come whenever it will."""
+        self._pulse = -math.inf
 
     def forget(self) -> None:
         """The bin was set, or the box began anew: the next answer is the first."""
         self._bin, self._first, self.stepped = None, None, False
+        self.worm_turned()
 
     def heard(self, number: int, earliest: float, latest: float, zero: int = 0) -> None:
         """Take in that the bin was this at some moment between two times; an index pulse makes it `zero`."""
         pulsed, self._heard = self._pulsed(number, zero, latest), latest
+        last = latest - (number - zero) % BINS * self.tick_s
+        if math.isfinite(self._pulse) and latest - self._pulse > _TURN[1] * self.tick_s:  # it came where the bin led
+            self._pulse = last
         bounds = latest - self.tick_s - (latest - earliest), latest
         if self._bin is None or self._first is None:
             self._bin, (self._low, self._high) = number, bounds
@@ -101,7 +114,7 @@ class TickClock:
             ticks = None
         self._carry(ticks or 0)
         if ticks is None:  # the index pulse moved the bin
-            self.moved_at = latest
+            self.moved_at, self._pulse = latest, last if pulsed else -math.inf
             self._carry(math.floor((earliest - self._high) / self.tick_s))
             self._bin = number
             if self._low + self.tick_s <= latest:  # it may have been told before the next tick, or after it

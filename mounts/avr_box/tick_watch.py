@@ -11,6 +11,7 @@ from mounts.avr_box.tick_clock import NEAR_TICKS, TickClock
 _PHASE_S = 0.02  # to which the moment of a tick is worth knowing
 _STALE = 3.0  # times that, before it is found out anew
 _LOOK_S = 1.2  # in which a tick must have been seen
+_PULSE_S = 60.0  # after what looked like an index pulse, in which a tick that comes otherwise says that it was none
 
 
 class TickWatch:
@@ -39,6 +40,8 @@ class TickWatch:
         DriveRefused, TransportError, WrongProtocol
             As `Box.ask`.
         """
+        if self._axes[0].reckoning.ends > self.asked:
+            self._ticks.worm_turned()
         told = self._box.ask(commands.ASK_PEC) if tries is None else self._box.ask(commands.ASK_PEC, tries)
         if self._unexplained(told) > NEAR_TICKS:
             told = self._box.ask(commands.ASK_PEC)  # digits can be garbled and still be some
@@ -50,6 +53,8 @@ class TickWatch:
         self._ticks.heard(told.pair.one, told.earliest, told.latest, told.pair.two)
         if (late := self._ticks.slipped_s - slipped) > 0.0:  # it tracked for longer or shorter than was reckoned
             self._axes[0].widened(late * abs(self._axes[0].own_rate), told.latest)
+        if late > 0.0 and told.latest - self._ticks.moved_at < _PULSE_S:
+            self._ticks.stepped = True
         self.asked = told.latest
         if self._ticks.crystal != before:
             for axis in self._axes:

@@ -127,6 +127,12 @@ class AwrAxis:
             self._stands(motor.counts + self._rate * (time - begin), time, motor.uncertainty, side)
             self.pressed(self.press, time)
 
+    def shortened(self, press: Press) -> None:
+        """The key that moves it was released before its time."""
+        if self._begun is not None:
+            self.press = press
+            self.began(self._begun.time)
+
     def ended(self, way: Way, time: float) -> None:
         """Its motion is over, and how far it went is known."""
         if self._begun is None or self.press is None:
@@ -140,6 +146,12 @@ class AwrAxis:
         self._stands(start.counts + drifted + way.steps - fallen, time, spread, after)
         self.press = self._begun = None
         self.led(way.steps)
+
+    def leads(self, time: float) -> float:
+        """Steps, signed, by which the key that moves it will have done so, if it is released by then."""
+        if self.press is None or self._begun is None:
+            return 0.0
+        return self.press.key.way(min(self.press.hold, time - self._begun.time))
 
     def known(self, counts: float, time: float, uncertainty: float) -> None:
         """It is known where it is; whatever moved it is over."""

@@ -69,10 +69,12 @@ class ByHand:
                 "by hand; `track` and `rates` go at any rate by soft writes of their own"
             )
         before = shown(register, parts.words.ram.get(register.address, 0))
-        parts.drives.put(register, checked(register, value))
+        word = checked(register, value)
+        if register.kind == "bits" and word != parts.words.ram.get(register.address):
+            self._presence.turned_round()
+        parts.drives.put(register, word)
         self._written[register.address] = value
-        if register.kind == "bits":
-            parts.proof.void()
+        self._presence.know_again()
         self._words_changed()
         parts.remember()
         return before
@@ -99,6 +101,8 @@ class ByHand:
         if not wanted:
             raise AwrError("nothing was soft-written since the last commit: `drive set NAME VALUE` first")
         before = words.changed
+        if words.are_turned:  # and are not for a moment, in which the drives may go
+            self._presence.turned_round()
         self._presence.discarded = True
         try:
             drives.discard()
@@ -110,6 +114,7 @@ class ByHand:
             for address, value in before.items():
                 if words.lasting[address] != value or words.ram[address] != value:
                     drives.put(BY_ADDRESS[address], value)
+        self._presence.know_again()
         self._presence.discarded = False
         self._written.clear()
         return tuple(BY_ADDRESS[address].name for address in wanted)
@@ -123,6 +128,8 @@ class ByHand:
             The unit does not do it.
         """
         parts = self._parts
+        if parts.words.are_turned:
+            self._presence.turned_round()
         rested = parts.drives.resting or not any(axis.rate for axis in parts.axes)
         self._presence.discarded = True
         parts.drives.discard()
@@ -184,8 +191,9 @@ class ByHand:
         AwrError
             There is no such key or speed, or not for so long; the unit did not hear it.
         DriveError, TransportError
-            There is no dead-man process, or the unit does not obey.
+            It leads farther than keys were seen to lead; there is no dead-man process, or the unit does not obey.
         """
+        self._parts.proof.require(self.way_of(name, speed, seconds))
         self._press(name, cast("Speed", speed), seconds, self._parts.pace.present)
 
     def try_drive(self) -> tuple[float, float, float]:
@@ -245,6 +253,7 @@ class ByHand:
         axis, press = press_of(name, speed, seconds, ladder)
         presses, keys = (press, None) if axis == 0 else (None, press), self._parts.keys
         self._parts.remember()
+        keys.choose_anew()
         keys.begin(Stage(speed, presses, (0.0, 0.0), seconds, (0.0, 0.0), (0.0, 0.0)))
         while keys.busy:
             keys.look(LONGEST_S + 10.0)

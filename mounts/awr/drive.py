@@ -124,7 +124,7 @@ class AwrDrive:
             (one, two),
             moving=self._slewing.under_way,
             cookie=self._presence.cookie,
-            directions=self.words.lasting.get(0x00, kept.directions),
+            directions=kept.directions if self.words.directions is None else self.words.directions,
             calibration=kept.calibration if self.words.calibration is None else self.words.calibration,
             delay_s=self.keys.known_delay_s,
             index=self.supervision.index,
@@ -137,7 +137,7 @@ class AwrDrive:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know."""
-        unsure = (self.keys.punctuality.note, self._parts.drives.note)
+        unsure = (self.keys.punctuality.note, self._parts.drives.note, self.proof.note)
         return (*self._presence.notes, *self.supervision.notes, *filter(None, unsure))
 
     def told(self) -> tuple[str, ...]:
@@ -274,6 +274,7 @@ class AwrDrive:
             state = axis.at(now)
             moved = self._slewing.wanted or self.keys.slewing(axis.index)
             doubt = math.hypot(state.uncertainty, self.keys.doubt(axis.index))
+            doubt += self.proof.doubt(axis.index, state.counts, axis.leads(now))
             axes.append(AxisReading(state.counts, doubt, state.rate, moved))
         tracking = any(axis.rate for axis in self.axes)
         return Reading(
@@ -381,10 +382,13 @@ class AwrDrive:
             raise DriveRefused("keys move the axes: `sync` when they have come to rest")
         now, known = self.unit.now(), not self.supervision.unsynchronised
         moved = [here - axis.at(time).counts for axis, here in zip(self.axes, counts, strict=False)]
-        if doubt := self.proof.synchronised(moved if known else None):
-            self.supervision.note(doubt)
-        for axis, here in zip(self.axes, counts, strict=False):
-            axis.known(here + axis.rate * (now - time), now, 0.5)
+        stated = [axis.at(now).uncertainty for axis in self.axes]
+        for axis, count in zip(self.axes, counts, strict=False):
+            axis.known(count + axis.rate * (now - time), now, 0.5)
+        if said := self.proof.synchronised(
+            [axis.at(now).counts for axis in self.axes], moved if known else None, stated
+        ):
+            self.supervision.note(said)
         self.supervision.synchronised()
         self._parts.remember()
 

@@ -16,6 +16,7 @@ TOLD_S = 0.25  # after its time in which an event must have come
 _STRANGE_S = 0.03  # beside the jitter, by which a motion may last otherwise than its key
 _SIGMAS, _EARLY_S = 5.0, 0.01
 _DOUBTFUL = 2.5  # standard deviations, by which key and events seldom say otherwise of one motion
+_SURELY = 3.5  # of them, by which a motion was longer than its first release says
 _NEVER = Heard(math.nan, math.nan)
 
 
@@ -46,6 +47,7 @@ class Held:
     began: Happened | None = None
     moves: bool = False
     early_s: float = 0.0
+    later: tuple[float, ...] = ()  # POSIX seconds at which it was released, each time but the first
 
     @property
     def is_pressed(self) -> bool:
@@ -56,6 +58,16 @@ class Held:
     def is_released(self) -> bool:
         """Whether the unit heard that."""
         return not math.isnan(self.released.first)
+
+    @property
+    def is_again(self) -> bool:
+        """Whether it was released once more."""
+        return not math.isnan(self.again.first)
+
+    @property
+    def repeated(self) -> float:
+        """POSIX seconds at which it was released last, where that was more than once."""
+        return self.later[-1] if self.later else math.nan
 
     @property
     def is_seen(self) -> bool:
@@ -107,11 +119,12 @@ class Held:
 
     def _by_second(self, duration: float, jitter: Jitter) -> bool:
         """Whether a motion lasted until its second release."""
-        if math.isnan(self.again.first):
+        if not self.is_again:
             return False
         first, last = (each - self.pressed.first for each in self.again)
-        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
-        return self.lasted(first) - near <= duration <= self.lasted(last) + near
+        late = jitter.late_s(self.press.key, self.hold)
+        near = self.lasted(first) - _SIGMAS * late <= duration <= self.lasted(last) + _SIGMAS * late
+        return near and duration > self.lasted(self.holds[1]) + _SURELY * late
 
     @property
     def unsure_s(self) -> float:
@@ -133,15 +146,22 @@ class Held:
             return way._replace(sigma=max(way.sigma, self.press.key.peak(hold) * off / TWO_SIDED_95))
         return way
 
-    def planned(self, jitter: Jitter) -> Way:
-        """Its way by when it was pressed and released alone."""
+    def most(self, duration: float, jitter: Jitter) -> float:
+        """Seconds for which it was held at most that stood so long after it began, by the release that fits that."""
+        near = _SIGMAS * jitter.late_s(self.press.key, self.hold)
+        holds = (time - self.pressed.first for time in self.later)
+        return max((hold for hold in holds if abs(duration - self.lasted(hold)) <= near), default=self.hold)
+
+    def planned(self, jitter: Jitter, most: float = 0.0) -> Way:
+        """Its way by when it was pressed and released alone, held for `most` seconds at most where that is more."""
         way = replace(self.press, hold=self.hold).planned(jitter)
-        unsure = self.unsure_s + self.released.last - self.released.first
+        unsure = self.unsure_s + max(self.released.last - self.released.first, most - self.hold)
         return way._replace(sigma=way.sigma + abs(self.press.key.rate) * unsure / TWO_SIDED_95)
 
     def doubt(self, jitter: Jitter) -> float:
         """Steps within which it is of its plan while it moves, in 95 of 100 cases."""
         unsure = self.unsure_s + self.early_s
+        unsure += self.released.last - self.released.first if self.is_released else 0.0
         return TWO_SIDED_95 * self.press.planned(jitter).sigma + abs(self.press.key.rate) * unsure
 
     def fits_end(self, time: float, jitter: Jitter, delay_s: float) -> bool:

@@ -6,7 +6,8 @@ released at once.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,6 +25,13 @@ from mounts.errors import DriveError
 from transports.errors import NoAnswer, TransportError
 
 SOON_S = 0.6  # before a release from which on a look lasts until it
+_BEGUN_S = 0.1  # in which the beginning of a motion must be told, once the delay of keys is known
+_AGAIN_S = 0.06, 0.12  # after a release at which it is sent again, as it may have been damaged
+_APART = 6.0  # standard deviations by which both are told apart by when the motion ends
+_SELDOM = 3.0  # standard deviations after which a motion should have ended
+_EVERY_S = 0.1  # from then on, until it is told that the axis stands
+_ROOM_S = 0.02  # on the line for a release and its answer
+_LATE_S = 0.01  # by which a key is pressed or released late, as its answer or another's was lost
 _TRIAL_S = 5.0  # longer that the end of a motion is waited for whose ramps are to be found out
 _INSTANT_S = 5e-4  # within which the stamps of two events are alike that follow one another on the line
 _LEARNT = 0.2  # weight of a new delay among the old ones
@@ -119,6 +127,11 @@ class Holding:
         return TOLD_S + self._unit.delay_s
 
     @property
+    def _begun_s(self) -> float:
+        """Seconds after its time in which a motion must be told to begin, or else a key is released again."""
+        return self._news_s if self._delays < _FEW else _BEGUN_S + self._unit.delay_s
+
+    @property
     def busy(self) -> bool:
         """Whether a key is held, or its motion not over yet."""
         return bool(self._held)
@@ -130,7 +143,8 @@ class Holding:
             return way
         if held is None or not held.is_pressed:
             return 0.0
-        return held.doubt(self.punctuality.jitter)
+        unsure = TOLD_S if held.began is None and self._delays < _FEW else 0.0
+        return held.doubt(self.punctuality.jitter) + abs(held.press.key.rate) * unsure
 
     def stood(self) -> None:
         """The unit stopped everything at once, and tells no end of what moved."""
@@ -163,12 +177,17 @@ class Holding:
         self.look(0.0)
         return first + self.delay_s
 
+    def choose_anew(self) -> None:
+        """The next stage begins a motion: whatever was chosen before, a hand box may have chosen another since."""
+        self.speed = None
+
     def choose(self, speed: Speed) -> None:
-        """Have a speed in force."""
-        if self.speed != speed:
-            self.speed = None
+        """Have a speed in force, whatever damaged commands made of it: nothing tells which one is."""
+        times = 1 if self.speed == speed else 2
+        self.speed = None
+        for _ in range(times):
             self._unit.key(commands.SPEEDS[speed])
-            self.speed = speed
+        self.speed = speed
 
     def look(self, soon_s: float = SOON_S) -> None:
         """Press, release and listen until nothing is due within `soon_s`.
@@ -199,7 +218,8 @@ class Holding:
         held = self._held.pop(axis)
         self._due = [each for each in self._due if each[1] != axis]
         self.unheard = axis
-        self._unit.release((axis,))
+        with self._promised(axis):
+            self._unit.release((axis, axis))
         self._rest()
         now = self._unit.now()
         way = abs(held.press.key.way(now - since))
@@ -211,10 +231,9 @@ class Holding:
         dues = [due for due, _, _ in self._due[:1] if due <= soon]
         for held in self._held.values():
             if held.is_released:
-                if held.ends(self.delay_s) <= soon:
-                    dues.append(self._over(held))
+                dues.append(self._over(held))
             elif held.is_pressed and not held.is_seen:
-                dues.append(held.pressed.last + self.delay_s + self._news_s)
+                dues.append(held.pressed.last + self.delay_s + self._begun_s)
         return min(dues, default=None)
 
     def _overdue(self) -> None:
@@ -224,21 +243,52 @@ class Holding:
             if held.is_released:
                 if now >= self._over(held):
                     self._unended(axis, held)
-            elif not held.is_seen and now >= held.pressed.last + self.delay_s + self._news_s:
+            elif not held.is_seen and now >= held.pressed.last + self.delay_s + self._begun_s:
                 self._cut_short(axis, held)
 
     def _over(self, held: Held) -> float:
-        """When the end of a motion must have been told: at first so that its key is released again, then for good."""
+        """When its key is released again, or the end of a motion must have been told for good."""
+        return min(self._again_at(held), self._told_by(held))
+
+    def _told_by(self, held: Held) -> float:
+        """When the end of a motion must have been told, be it its second release that was heard."""
         ends = held.ends(self.delay_s)
-        if math.isnan(held.again.last):
-            return ends + held.strange_s(self.punctuality.jitter) + self._unit.delay_s
-        return max(ends, held.again.last + self.delay_s + held.press.key.climb_s) + self._told_s(held)
+        if held.is_again:
+            ends = max(ends, held.again.last + self.delay_s + held.press.key.climb_s)
+        return ends + self._told_s(held)
+
+    def _again_at(self, held: Held) -> float:
+        """When a key is released again: a release may have become another command, and that is answered as well.
+
+        Not while its end is expected, which shows that it was heard, nor while another key is due.
+        """
+        jitter = self.punctuality.jitter
+        late_s = jitter.late_s(held.press.key, held.hold)
+        if held.is_again:
+            last = held.repeated
+            at = last + _EVERY_S
+        else:
+            least, most = _AGAIN_S
+            last = held.released.first
+            at = last + min(max(least, _APART * late_s), most)
+        end = held.ends(self.delay_s)
+        taken = [(due - _ROOM_S, due + _ROOM_S) for due, _, _ in self._due]
+        taken.append((end - 2.0 * _ROOM_S, end + min(_EVERY_S, _ROOM_S + _SELDOM * late_s + self._unit.delay_s)))
+        for other in self._held.values():
+            if other is not held and other.is_released:
+                end = other.ends(self.delay_s)
+                taken.append((end - 2.0 * _ROOM_S, end + _ROOM_S))
+        for begin, end in sorted(taken):
+            if begin < at < end:
+                at = begin if begin > last + 2.0 * _ROOM_S else end
+        return at
 
     def _unended(self, axis: int, held: Held) -> None:
-        """Nothing tells that an axis stands whose key was released: one that was damaged may be answered as well."""
-        if math.isnan(held.again.last):
-            self._unit.release((axis,))
-            held.again = self._unit.heard
+        """Nothing tells yet that an axis stands whose key was released."""
+        if self._unit.now() < self._told_by(held):
+            self._let_up(axis)
+            held.again = held.again if held.is_again else self._unit.heard
+            held.later = (*held.later, self._unit.now())
         elif not held.is_seen:
             self._lost(axis, "began")
         elif self.moving[axis] and self._told_at > held.ends(self.delay_s) + held.strange_s(self.punctuality.jitter):
@@ -248,17 +298,61 @@ class Holding:
 
     def _cut_short(self, axis: int, held: Held) -> None:
         """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
-        self._due = [each for each in self._due if each[1] != axis]
-        if 1 - axis not in self._held:
+        self._shortened(axis, held)
+        other = self._held.get(1 - axis)
+        if other is None:
             self._unit.release((1 - axis,))
+        elif other.is_pressed and not other.is_released:
+            self._shortened(1 - axis, other)
+
+    def _shortened(self, axis: int, held: Held) -> None:
+        """Release a key before its time."""
+        self._due = [each for each in self._due if each[1] != axis]
         self._release(axis, held)
-        held.again, held.press = held.released, replace(held.press, hold=held.hold)
-        self._axes[axis].pressed(held.press, held.pressed.first + self.delay_s)
 
     def _release(self, axis: int, held: Held) -> None:
-        self._unit.release((axis,))
+        self._let_up(axis)
         held.released = self._unit.heard
+        if abs(held.hold - held.press.hold) > _LATE_S:
+            held.press = replace(held.press, hold=held.hold)
+            self._axes[axis].shortened(held.press)
         self._rest()
+
+    def _let_up(self, axis: int) -> None:
+        """Release a key, and press that of the other axis anew which a damaged release may have turned round."""
+        other = 1 - axis
+        with self._promised(axis):
+            self._unit.release((axis,))
+        heard, held = self._unit.heard, self._held.get(other)
+        if held is not None and held.is_seen and self._is_down(other) and self._due_in(other) > 2.0 * _ROOM_S:
+            with self._promised(other, pressed=True), suppress(NoAnswer):
+                self._unit.key(commands.PRESSES[other, held.press.sign])
+        self._unit.heard = heard
+
+    @contextmanager
+    def _promised(self, axis: int, *, pressed: bool = False) -> Iterator[None]:
+        """Have the other's key released in time, be the answer to one of this axis awaited then.
+
+        While a release awaits its answer one that is not to be held is released as well, as a damaged release may
+        have become its press. The answer to a press is not mixed with others.
+        """
+        other = 1 - axis
+        due_s = self._due_in(other) if self._is_down(other) else math.inf if pressed else self._unit.again_s
+        self._unit.promise({other: self._unit.now() + due_s}, None if pressed else axis)
+        try:
+            yield
+        finally:
+            self._unit.withdraw()
+
+    def _due_in(self, axis: int) -> float:
+        """Seconds until the release of a key that is held is to be sent."""
+        dues = [due for due, each, down in self._due if each == axis and not down]
+        return min(dues, default=math.inf) - self._unit.key_s - self._unit.now()
+
+    def _is_down(self, axis: int) -> bool:
+        """Whether a key of ours is held."""
+        held = self._held.get(axis)
+        return held is not None and held.is_pressed and not held.is_released
 
     def _do(self, due: float, axis: int, down: bool) -> None:
         if not down:
@@ -268,7 +362,7 @@ class Holding:
         if held is None:
             return
         if down:
-            self._press(axis, held)
+            self._press(axis, held, due)
         else:
             self._release(axis, held)
         self._listen(self._unit.now())
@@ -278,11 +372,12 @@ class Holding:
         if not any(not pressed for _, _, pressed in self._due):
             self._beside.rest()
 
-    def _press(self, axis: int, held: Held) -> None:
+    def _press(self, axis: int, held: Held, due: float) -> None:
         body = commands.PRESSES[axis, held.press.sign]
         heard = self._unit.now() + self._unit.key_s
         try:
-            heard = self._unit.key(body)
+            with self._promised(axis, pressed=True):
+                heard = self._unit.key(body)
         except NoAnswer:
             if not any(isinstance(each.event, Moving) and each.event.axes[axis] for each in self._unit.peek()):
                 self._unheard(axis, heard)
@@ -291,6 +386,8 @@ class Holding:
         else:
             held.pressed = self._unit.heard
         self._axes[axis].pressed(held.press, heard + self.delay_s)
+        if (late := heard - due) > _LATE_S:  # it is held as long all the same
+            self._due = sorted((at + late * (other == axis), other, down) for at, other, down in self._due)
 
     def _told_s(self, held: Held) -> float:
         return held.told_s + self._unit.delay_s + (_TRIAL_S if self.trials is not None else 0.0)
@@ -364,8 +461,9 @@ class Holding:
             del self._held[axis]
             return
         off = held.lasts_otherwise(duration, jitter, alone=alone)
-        if off > 0.0 and not alone:
-            self._by_its_key(axis, held)  # its own event was lost, and this is of the other axis
+        most = held.hold if alone else held.most(duration, jitter)
+        if not alone and (off > 0.0 or most > held.hold):
+            self._by_its_key(axis, held, most)  # the event of its own end or of the other's was lost
         elif off != 0.0:
             self._lost(axis, "ended", ODD.format(axis + 1, duration, held.press.duration))
         else:
@@ -375,9 +473,9 @@ class Holding:
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
             del self._held[axis]
 
-    def _by_its_key(self, axis: int, held: Held) -> None:
-        """A motion is over of which one event was lost: it went as far as its key was held."""
-        self._axes[axis].ended(held.planned(self.punctuality.jitter), self._unit.now())
+    def _by_its_key(self, axis: int, held: Held, most: float = 0.0) -> None:
+        """A motion is over of which an event was lost: it went as far as its key was held, `most` seconds at most."""
+        self._axes[axis].ended(held.planned(self.punctuality.jitter, most), self._unit.now())
         self.unproven = True
         del self._held[axis]
 
@@ -400,7 +498,7 @@ class Holding:
     def _lost(self, axis: int, what: str, why: str = "") -> None:
         held, self.speed = self._held.pop(axis), None  # which one is in force is no surer than what moved
         self._due = [each for each in self._due if each[1] != axis]
-        self._unit.release((axis,))
+        self._unit.release((axis, axis))
         self._rest()
         now = self._unit.now()
         here = self._axes[axis].at(now)
@@ -413,7 +511,7 @@ class Holding:
         """Something else moves an axis."""
         self.speed = None
         self._lose(FOREIGN.format(axis + 1))
-        self._unit.release((axis,))
+        self._unit.release((axis, axis))
 
     # Letting go ------------------------------------------------------------------------------------------------
 
@@ -425,10 +523,12 @@ class Holding:
             if not held.is_pressed:
                 del self._held[axis]
         self._unit.release()
+        heard = self._unit.heard
+        self._unit.release()
         self._must_release = False
         self._beside.rest()
         for held in self._held.values():
-            held.released = held.released if held.is_released else self._unit.heard
+            held.released = held.released if held.is_released else heard
 
     def halt(self) -> None:
         """Release all keys and wait until their motions have ended.

@@ -22,6 +22,23 @@ With the 0.47 that a last press at CENTRE speed leaves (5 ms, 2x against 30 %) b
 steps in 95 of 100 cases: √5.99 · √(0.6² + 0.47²) = 1.9.
 """
 _HARDLY_FASTER = 2.0  # times the next slower speed, below which a slew is not worth its name
+_SPARE_S = 0.002  # between two commands, beside the line
+_BYTES = 10  # of a key and its answer
+_EVENT_BYTES = 7
+_APART = 4.0  # standard deviations of what lies between two events, so that hardly ever one tells of both axes
+
+
+def exchange_s(jitter: Jitter, byte_s: float, delay_s: float = 0.0) -> float:
+    """Seconds from one key to the next: their answers, and events that they make, do not wait for one another.
+
+    Parameters
+    ----------
+    jitter : Jitter
+        By how much presses and events are off their times.
+    byte_s, delay_s : float
+        Seconds that a byte takes on the line, and that the line takes each way.
+    """
+    return (_BYTES + _EVENT_BYTES) * byte_s + 2.0 * delay_s + _SPARE_S + _APART * jitter.hold_s
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,10 @@ class Shown:
     """It was seen what the rates of GUIDE and CENTRE count from."""
     scaled: bool = False
     """The postscaler was seen to divide as assumed."""
+    closely: tuple[float, float] = (0.0, 0.0)
+    """Share of each way to which that was seen."""
+    synced: tuple[float, float] | None = None
+    """Where the axes were at the last sync, counts; None for where they are."""
 
 
 @dataclass(frozen=True)
@@ -121,10 +125,17 @@ def _shown(stored: object) -> Shown:
     return Shown(
         text(kept["assumed"]),
         (axes[0] is True, axes[1] is True),
-        (number(led[0]), number(led[1])),
+        _pair(led),
         kept.get("referenced") is True,
         kept.get("scaled") is True,
+        _pair(kept.get("closely", (0.0, 0.0))),
+        None if kept.get("synced") is None else _pair(kept["synced"]),
     )
+
+
+def _pair(stored: object) -> tuple[float, float]:
+    one, two = cast("Sequence[object]", stored)
+    return number(one), number(two)
 
 
 def _axis(kept: Mapping[str, object]) -> KeptAxis:

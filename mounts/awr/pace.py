@@ -6,17 +6,13 @@ The slew leaves nearly all that nobody will know of a goto, so its words in RAM 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from mounts.awr.ladder import Ladder
+from mounts.awr.ladder import Ladder, exchange_s
 from mounts.awr.registers import BY_NAME
 from mounts.awr.settings import AwrSettings
 from mounts.awr.speeds import Speeds
 from mounts.awr.unit import Unit
 from mounts.awr.words import Words
 
-_SPARE_S = 0.002  # between two commands, beside the line
-_BYTES = 10  # of a key and its answer
-_EVENT_BYTES = 7
-_APART = 4.0  # standard deviations of what lies between two events, so that hardly ever one tells of both axes
 _TRIAL_SLEW = 4  # times MOVE, at which a slew is tried out
 _SLEWS = (BY_NAME["slew_right"], BY_NAME["slew_up"])  # of axis 1, of axis 2
 
@@ -43,9 +39,8 @@ class Pace:
 
     @property
     def exchange_s(self) -> float:
-        """Seconds from one key to the next: their answers, and events that they make, do not wait for one another."""
-        answers = _BYTES * self._unit.byte_s + 2.0 * self._unit.delay_s + _SPARE_S
-        return answers + _EVENT_BYTES * self._unit.byte_s + _APART * self._settings.jitter.hold_s
+        """Seconds from one key to the next, by the line as it is known."""
+        return exchange_s(self._settings.jitter, self._unit.byte_s, self._unit.delay_s)
 
     @property
     def ladder(self) -> Ladder:

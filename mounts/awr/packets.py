@@ -19,6 +19,7 @@ class Packet(NamedTuple):
     text: str
     time: float  # POSIX seconds at which its START was there
     behind_s: float = 0.0  # it may have waited so long for the line
+    unheard_s: float = 0.0  # nobody had listened for so long when its first byte was found
 
 
 class Packets:
@@ -36,7 +37,7 @@ class Packets:
         """The last lines that were no packets."""
         self._body: bytearray | None = None
         self._begun = self._busy_since = self._last = float("-inf")
-        self._behind = 0.0
+        self._behind = self._unheard = 0.0
         self._line = bytearray()
         self._may_stop = False
 
@@ -52,23 +53,24 @@ class Packets:
             if idle and at - unheard_s - self._last > 1.5 * self.byte_s:
                 self._busy_since = at
             self._last = at
-            packet = self._take(byte, at)
+            packet = self._take(byte, at, unheard_s)
             if packet is not None:
                 found.append(packet)
         return found
 
-    def _take(self, byte: int, at: float) -> Packet | None:
+    def _take(self, byte: int, at: float, unheard_s: float) -> Packet | None:
         if byte == START and self._body is not None and not self._body:
             return None  # it came twice
         if byte == START:
             self._give_up()
             self._body, self._begun, self._behind = bytearray(), at, max(0.0, at - self._busy_since)
+            self._unheard = unheard_s
         elif self._body is None:
             if not (byte == STOP and self._may_stop):
                 self._outside(byte)
             self._may_stop = False
         elif byte in (_LF, STOP):
-            packet = Packet(self._body.decode("latin-1"), self._begun, self._behind)
+            packet = Packet(self._body.decode("latin-1"), self._begun, self._behind, self._unheard)
             self._body, self._may_stop = None, byte == _LF
             return packet
         elif byte not in (_CR, _BLANK):

@@ -4,7 +4,7 @@ import math
 
 from mounts.awr.messages import Override
 from mounts.awr.parts import Parts
-from mounts.awr.registers import BY_NAME
+from mounts.awr.registers import BY_NAME, WITH_STATUS
 from mounts.awr.supervision import (
     COMMITTED,
     LOST_BY,
@@ -27,6 +27,10 @@ _OTHER_WORDS = (
 _UNREFERENCED = (
     'nobody has seen yet that rate_reference = "{}" is so, on which LEFT and RIGHT depend at GUIDE and CENTRE speed '
     "while it tracks: what is stated of axis 1 covers the other, 15″ a second; `commission` finds it out"
+)
+_UNASKED = (
+    "this firmware cannot be asked whether the override holds it, {} can: a stop whose event is lost on the line is "
+    "not seen, so `sync` on a known star after the override button was pressed"
 )
 _TURNED = "the direction senses of the unit (00) were changed since the last sync; `sync` on a known star"
 
@@ -64,7 +68,7 @@ class Presence:
         """
         parts, kept = self._parts, self._parts.kept
         lost = parts.supervision.unsynchronised
-        directions, calibration = parts.words.lasting.get(0x00), parts.words.calibration
+        directions, calibration = parts.words.directions, parts.words.calibration
         turned, recalibrated = kept.directions not in {None, directions}, kept.calibration not in {None, calibration}
         if turned or recalibrated:
             parts.proof.void()
@@ -77,6 +81,11 @@ class Presence:
         away = time - kept.time
         if away < 0.0:
             parts.supervision.lose(TURNED_BACK.format(-away))
+
+    def turned_round(self) -> None:
+        """The senses in RAM are others from now on, maybe while a drive goes: nobody knows which way keys lead."""
+        self._parts.proof.void()
+        self._parts.supervision.lose(_TURNED)
 
     def doubt_drives(self, time: float) -> None:
         """Widen what is stated by how far the drives may have led otherwise than they were left, while nobody looked.
@@ -115,9 +124,19 @@ class Presence:
         """
         if self._parts.words.take_up():
             self._parts.drives.as_the_words_say()
-        self.cookie = self._parts.words.bake()
+        self.know_again()
         self.discarded = False
         self._asked = self._parts.unit.now()
+
+    def know_again(self) -> None:
+        """The word that is its cookie was written, or committed: have it hold one.
+
+        Raises
+        ------
+        DriveRefused, TransportError
+            As for `bake`.
+        """
+        self.cookie = self._parts.words.bake()
 
     def warn_of_words(self) -> None:
         """Note what is unusual about its words."""
@@ -132,6 +151,8 @@ class Presence:
             self.notes = (*self.notes, wrong)
         if not self._parts.proof.referenced:
             self.notes = (*self.notes, _UNREFERENCED.format(self._parts.settings.rate_reference))
+        if self._parts.unit.version < WITH_STATUS:
+            self.notes = (*self.notes, _UNASKED.format(WITH_STATUS))
         if not words.tells_ram:
             said = "it does not tell what its RAM holds, so soft writes are taken to be as they were written"
             self.notes = (*self.notes, said)

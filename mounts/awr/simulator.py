@@ -357,6 +357,10 @@ class SimulatedAwr:
         self.switched_on()
         self._say(wire.ERRORS[_RESETS[cause]])
 
+    def overflow(self) -> None:
+        """Its event buffer overflows."""
+        self._say(wire.ERRORS["event buffer overflow"])
+
     def switched_on(self) -> None:
         """Begin anew after its power was cut: the same, and nothing is told."""
         self.ram, self.keys, self.speed, self.relays = dict(self.lasting), [0, 0], "guide", 0

@@ -14,6 +14,7 @@ from mounts.drive import AxisSlew
 from mounts.errors import DriveError, DriveRefused, Unsynchronised
 from transports.errors import TransportError
 
+_AHEAD_S = 0.5  # in which a key that is held until told otherwise is looked at again, and released
 _STAGES = 40  # of one goto; more means that the keys do not do what they should
 
 
@@ -99,6 +100,7 @@ class Slewing:
         self._cascade = Cascade(ladder)
         self._aims, self._stages = (one, two), 0
         self._aimed = time
+        parts.keys.choose_anew()
         parts.remember()
         began = parts.unit.now() + parts.pace.exchange_s + parts.keys.delay_s
         try:
@@ -175,20 +177,40 @@ class Slewing:
         Raises
         ------
         DriveRefused, AwrError, TransportError
-            There is no dead-man process, or the unit does not obey; no key moves it so.
+            There is no dead-man process, or the unit does not obey; no key moves it so, or so far.
         """
         parts = self._parts
         stage = held_at(parts.pace.present, rates)
         wanted = keys_of(stage)
         if wanted == self._jog:
             parts.keys.look()
+            self._require_near()
             return True
         parts.keys.halt()
+        if stage is not None:
+            parts.proof.require([press.key.way(_AHEAD_S) if press else 0.0 for press in stage.presses])
         self._jog = wanted
         if stage is not None:
             parts.remember()
+            parts.keys.choose_anew()
             parts.keys.begin(stage)
         return False
+
+    def _require_near(self) -> None:
+        """Release keys that will have led farther by the next look than anybody has seen keys lead.
+
+        Raises
+        ------
+        DriveRefused
+            They will; they are released.
+        """
+        parts, soon = self._parts, self._parts.unit.now() + _AHEAD_S
+        try:
+            parts.proof.require([axis.leads(soon) for axis in parts.axes])
+        except DriveRefused:
+            self.forget()
+            parts.keys.halt()
+            raise
 
     # No more ---------------------------------------------------------------------------------------------------
 

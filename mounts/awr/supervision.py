@@ -17,6 +17,10 @@ STOPPED = (
     "the override input stopped everything at once, and steps are lost; press the override button at the drive box, "
     "then `sync` on a known star"
 )
+UNHEARD = (
+    "the override input was lifted, and nobody heard that it had stopped everything: steps are lost; `sync` on a "
+    "known star"
+)
 RESET = "the unit began anew ({}): soft writes and position are lost; `sync` on a known star"
 OVERFLOWED = "the unit lost events ({}), so nobody knows what moved; `sync` on a known star"
 TURNED_BACK = (
@@ -158,9 +162,11 @@ class Supervision:
             self.note(f"the unit says {said}")
 
     def _override(self, event: Override) -> None:
-        self.stopped = event.stopped
+        was, self.stopped = self.stopped, event.stopped
         if event.stopped:
             self.lose(STOPPED)
+        elif not was:
+            self.lose(UNHEARD)
         else:
             self.note("the override was lifted; the axes go on at their drive rates")
 

@@ -80,8 +80,3 @@ class Jitter:
         stamped = math.sqrt(2.0) * self.stamp_s
         either = math.hypot(before, stamped)
         return before * stamped / either if either else 0.0
-
-
-def together(*sigmas: float) -> float:
-    """The standard deviation of a sum of independent errors."""
-    return math.hypot(*sigmas)

@@ -6,7 +6,7 @@ nothing is asked again before the line has been silent. Key releases alone are r
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from mounts.awr import commands
@@ -103,6 +103,8 @@ class Unit:
         """Called before each command and each wait: a sign of life for whoever watches the host."""
         self.slice_s = float("inf")
         """The longest wait without it."""
+        self._promised: dict[int, float] = {}  # when the keys of axes are released, be another answer awaited
+        self._kept_promises: dict[int, float] = {}  # when that was sent first
 
     @property
     def name(self) -> str:
@@ -118,6 +120,11 @@ class Unit:
     def key_s(self) -> float:
         """Seconds from sending a key to its being heard."""
         return 3.0 * self.byte_s + self.delay_s
+
+    @property
+    def again_s(self) -> float:
+        """Seconds after which a release that was not answered is sent again."""
+        return RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
 
     @property
     def debug(self) -> tuple[str, ...]:
@@ -194,7 +201,7 @@ class Unit:
                 answers.append((said, packet))
             else:
                 time = packet.time - self.byte_s - self.delay_s
-                self._events.append(Happened(said, time, packet.behind_s + unheard))
+                self._events.append(Happened(said, time, packet.behind_s + packet.unheard_s))
         return answers
 
     # Commands --------------------------------------------------------------------------------------------------
@@ -218,6 +225,16 @@ class Unit:
         self._note_heard(self._sent)
         return self._sent + self.delay_s
 
+    def promise(self, releases: Mapping[int, float], axis: int | None) -> None:
+        """Release other keys at their times, while one of an axis awaits its answer; of that it is known when."""
+        self._promised = dict(releases)
+        kept = self._kept_promises.items()
+        self._kept_promises = {each: sent for each, sent in kept if each == axis or each in releases}
+
+    def withdraw(self) -> None:
+        """Nothing is to be released meanwhile any more."""
+        self._promised.clear()
+
     def release(self, axes: tuple[int, ...] = (0, 1)) -> float:
         """Release the keys of axes, again and again until the unit has said so; return when the last one was heard.
 
@@ -239,7 +256,11 @@ class Unit:
         All answers are alike, so one counts only when more have come than may still come of other commands.
         """
         data, error = commands.packet(commands.RELEASES[axis]), None
+        self._promised.pop(axis, None)
         first, lost_links, sends = math.inf, 0, 0
+        silent_s = self.now() - max(self._sent, *self._kept_promises.values(), -math.inf)
+        if math.isfinite(self._strays) and silent_s > self.timeout_s + 2.0 * self.delay_s:
+            self._strays = 0  # what was not answered in time is lost
         for attempt in range(_RELEASES):
             try:
                 if self._kept.opened() and math.isinf(self._strays):
@@ -247,12 +268,11 @@ class Unit:
                     self._release_blindly(rest)
                 self._sent = self._kept.opened().write(data)
                 first, sends = min(first, self._sent), sends + 1
-                due = self._sent + RELEASE_AGAIN_S + 8.0 * self.byte_s + 2.0 * self.delay_s
+                due = self._sent + self.again_s
                 due += _FAR_S if attempt == _RELEASES - 1 else 0.0
                 while (left := due - self.now()) > 0.0:
-                    self.before_each()
-                    if self._confirms(self._hear(min(left, self.slice_s)), sends):
-                        self._note_heard(first)
+                    if self._confirms(self._await(left), sends):
+                        self._note_heard(min(first, self._kept_promises.pop(axis, math.inf)))
                         return
             except LinkError as lost:
                 self._kept.close()
@@ -475,8 +495,7 @@ class Unit:
         self._send(body)
         due = self._sent + patience_s + 12.0 * self.byte_s + 2.0 * self.delay_s
         while (left := due - self.now()) > 0.0:
-            self.before_each()
-            for said, packet in self._hear(min(left, self.slice_s)):
+            for said, packet in self._await(left):
                 if mine(said):
                     self._trips.append(max(0.0, packet.time - self.byte_s - self._sent))
                     self._answered_at = packet.time - self.byte_s - self.delay_s
@@ -502,13 +521,28 @@ class Unit:
         An answer to the last try would look like one to the next that came at once, so where nobody knows yet how far
         the unit is, that is waited for longer.
         """
-        wait = max(longer_s, self.timeout_s + 2.0 * self.delay_s) if self._strays else 0.0
         for _ in range(_ROUNDS):
-            self.before_each()
-            self._hear(wait)
+            wait = max(longer_s, self.timeout_s + 2.0 * self.delay_s) if self._strays else 0.0
+            since = self.now()
+            while True:
+                self._await(max(0.0, since + wait - self.now()))
+                if self._heard >= since or self.now() - since >= wait * 0.999:
+                    break
             if self.now() - self._heard >= wait * 0.999:
                 break
         self._strays = 0
+
+    def _await(self, seconds: float) -> list[tuple[Response, Packet]]:
+        """Listen once for what is awaited, and release keys whose time has come meanwhile."""
+        self.before_each()
+        for axis, due in list(self._promised.items()):
+            if due <= self.now():
+                sent = self._kept.opened().write(commands.packet(commands.RELEASES[axis]))
+                self._promised[axis] = math.inf if axis in self._kept_promises else sent + self.again_s
+                self._kept_promises.setdefault(axis, sent)
+                self._strays += 1
+        soon = min(self._promised.values(), default=math.inf) - self.now()
+        return self._hear(max(0.0, min(seconds, self.slice_s, soon)))
 
     def _renewed(self) -> None:
         """Whatever was asked on the last link may be answered on a new one."""

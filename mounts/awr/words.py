@@ -18,6 +18,7 @@ from mounts.errors import DriveRefused
 _COOKIE = BY_NAME["max_accel_dec"]
 _TRIES = 3
 BACKLASHES = ("ra_backlash", "dec_backlash")
+_DIRECTIONS = BY_NAME["directions"].address
 _DRIVES, _SLEWS = (0x01, 0x02, 0x03, 0x04), (0x14, 0x15)
 
 
@@ -240,7 +241,7 @@ class Words:
     # The cookie ------------------------------------------------------------------------------------------------
 
     def bake(self) -> int:
-        """Write the cookie; return its value.
+        """See that RAM holds a cookie, what a person wrote in its place as well; return its value.
 
         Raises
         ------
@@ -248,7 +249,8 @@ class Words:
             As for `soft_write`.
         """
         plain = self.lasting[_COOKIE.address]
-        self.soft_write(_COOKIE, plain + 1 if plain < _COOKIE.highest else plain - 1)
+        if self.ram[_COOKIE.address] == plain:
+            self.soft_write(_COOKIE, plain + 1 if plain < _COOKIE.highest else plain - 1)
         return self.ram[_COOKIE.address]
 
     def is_there(self, cookie: int) -> bool:
@@ -277,6 +279,17 @@ class Words:
         """The non-volatile words of `drive_ra`, from which all rates are reckoned; None before they were read."""
         counts, flags = (self.lasting.get(address) for address in _DRIVES[:2])
         return None if counts is None or flags is None else counts << 16 | flags
+
+    @property
+    def directions(self) -> int | None:
+        """The non-volatile senses, and above them by what those in RAM differ; None before they were read."""
+        lasting = self.lasting.get(_DIRECTIONS)
+        return None if lasting is None else lasting | (self.ram.get(_DIRECTIONS, lasting) ^ lasting) << 8
+
+    @property
+    def are_turned(self) -> bool:
+        """Whether the senses in RAM are others than the non-volatile ones."""
+        return _DIRECTIONS in self.changed
 
     # For a person ----------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from pointing.limits import separation
 from pointing.site import Site
 from pointing.sky import Sky
 
-GERMAN = {"mount__type": "german", "limits__hour_angle_past_meridian_deg": 2.0}
+GERMAN = {"mount__type": "german", "limits__hour_angle_past_meridian_deg": 1.0}
 
 
 def before_the_meridian(scope, minutes, declination_deg=-20.0):
@@ -24,10 +24,10 @@ def before_the_meridian(scope, minutes, declination_deg=-20.0):
 
 def test_a_flip_goes_on_with_the_same_target_on_the_other_side(tmp_path):
     with telescope(tmp_path, **GERMAN) as scope:
-        witness, star = Witness(scope), before_the_meridian(scope, 12.0)
+        witness, star = Witness(scope), before_the_meridian(scope, 8.0)
         scope.goto(star)
         first = scope.status()["posture"]
-        scope.wait(13.0 * 60.0)
+        scope.wait(9.0 * 60.0)
         begun = witness.now()
         answer = scope.flip()
         status = scope.status()
@@ -71,13 +71,13 @@ def test_a_flip_that_the_travel_of_an_axis_never_allows_names_no_time(mount, tmp
 @pytest.mark.parametrize("how", ["auto", "command"])
 def test_at_the_end_of_its_window_a_german_mount_flips_by_itself_or_stops(how, tmp_path):
     with telescope(tmp_path, **GERMAN, mount__flip=how) as scope:
-        witness, star = Witness(scope), before_the_meridian(scope, 12.0)
+        witness, star = Witness(scope), before_the_meridian(scope, 8.0)
         scope.goto(star)
         first = scope.status()["posture"]
         found = scope.status()["next_limit"]
         assert found["name"] in {"hour-angle window", "axis1 soft limit"}
         lowest, highest = scope._session.planner.free[0].minimum, scope._session.planner.free[0].maximum
-        for _ in range(25):
+        for _ in range(16):
             scope.wait(60.0)
             angle = witness.angles(witness.now())[0]
             assert lowest <= angle <= highest
@@ -93,8 +93,8 @@ def test_at_the_end_of_its_window_a_german_mount_flips_by_itself_or_stops(how, t
 
 def test_stop_ends_a_flip_that_began_by_itself(tmp_path):
     with telescope(tmp_path, **GERMAN, mount__flip="auto") as scope:
-        scope.goto(before_the_meridian(scope, 12.0))
-        scope.wait(17.0 * 60.0)
+        scope.goto(before_the_meridian(scope, 8.0))
+        scope.wait(9.0 * 60.0)
         for _ in range(600):
             scope.wait(1.0)
             if scope.status()["doing"] == "slewing":

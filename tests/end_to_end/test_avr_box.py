@@ -261,6 +261,8 @@ def test_the_next_program_says_how_far_it_tracked_and_points_right(tmp_path):
         {"simulator.reversed2": True, "simulator.north_reversed": True},
         {"simulator.encoder_reversed1": True},
         {"simulator.encoder_reversed2": True},
+        {"simulator.encoder_still1": True},
+        {"simulator.encoder_still2": True},
         {"simulator.encoder_counts_per_turn": 10000},
         {"simulator.encoder_counts_per_turn": 40000},
         {"simulator.slew_table": "table.csv"},
@@ -546,6 +548,19 @@ def test_parked_and_unsynchronised_one_whose_encoder_is_not_believed_is_not_held
         assert not moves
         assert stands(scope)[0] > began + 1.2
     assert "axis 1 tracks on and is not held" in warnings[-1]
+
+
+def test_parked_with_its_encoder_off_it_is_led_nowhere_but_by_its_tracking_and_raises_an_alarm(tmp_path):
+    with opened(tmp_path, simulator__encoder_still1=True) as scope:
+        scope.park()
+        began = stands(scope)[0]
+        scope.wait(120.0)
+        status, far = scope.status().json, stands(scope)[0] - began
+    print(f"\nparked, after two minutes {far:+.3f}° on, {status['unsynchronised_because']}")
+    assert status["alarms"] == ["the encoder of axis 1 stands still"]
+    assert not status["synchronised"]
+    assert -0.2 < far < 0.51  # some moves of 5′ before it was told; two minutes of tracking
+    assert "axis 1 tracks on and is not held" in status["warnings"][-1]
 
 
 def test_parked_and_unsynchronised_it_is_said_when_it_is_at_a_limit(tmp_path):

@@ -49,4 +49,4 @@ def test_sync_goto_and_the_drive_verbs_over_a_real_line(listen, hosted, run, ans
     assert "held at guide speed" in run("-c", path, "drive", "raw", "axis2", "UP", "guide", "0.3").stdout
     status = json.loads(run("-c", path, "status", "--json").stdout)
     assert status["synchronised"]
-    assert "relays on: 1" in status["notes"]
+    assert "relays: 1 on, 2 off, 3 off" in status["notes"]

@@ -19,7 +19,7 @@ from pointing.errors import Unreachable
 from pointing.targets import FixedAltAz
 
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
-RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "16"))
+RUNS = int(os.environ.get("CLOCKDRIVE_FAULT_RUNS", "1000" if FULL else "10"))
 FIRST = int(os.environ.get("CLOCKDRIVE_FAULT_FIRST", "0"))
 MOUNTS = ("equatorial-fork", "german", "altaz-fork")
 

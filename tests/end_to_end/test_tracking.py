@@ -22,7 +22,7 @@ from pointing.solar_system import SolarSystemBody
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 STAR_H = 8.0 if FULL else 0.2
 MOON_H = 2.0 if FULL else 0.1
-PASSES = range(1000) if FULL else (133, 2, 36)  # one a mount; 36 and 133 stay near the target on much of a bridge
+PASSES = range(1000) if FULL else (553, 2, 987)  # one a mount
 PARTS = 4 if FULL else len(PASSES)  # side by side
 KINDS = ("altaz-fork", "equatorial-fork", "german")
 OFF_ARCSEC = 5.0  # what the plan counts as lost

@@ -46,6 +46,8 @@ class AvrSimulator(SimulatorSection):
     north_reversed: bool
     encoder_reversed1: bool
     encoder_reversed2: bool
+    encoder_still1: bool
+    encoder_still2: bool
     busy: Literal["restart", "ignore"]
     lost_steps: float
     encoder_counts_per_turn: int

@@ -152,7 +152,7 @@ def pressed(hand: "Hand", key: str, speed: str, seconds: float) -> dict[str, Any
     """Hold a key for a time; whoever calls has seen that its way is allowed."""
     hand.press(key, speed, seconds)
     said = f"{key} was held at {speed} speed for {seconds:g} s"
-    return {"ok": True, "command": said, "lines": [said], "fiducials": []}
+    return {"ok": True, "command": said, "lines": [said], "fiducials": [], "note": ""}
 
 
 def _whole(value: float) -> int:

@@ -51,8 +51,10 @@ def axes(configuration: Configuration) -> tuple[Axis, Axis]:
 def timing(configuration: Configuration) -> Timing:
     """How a unit as it comes moves; one that is connected has its own speeds."""
     from mounts.awr.factory import factory  # noqa: PLC0415 - a telescope has its models from its drive
+    from mounts.awr.ladder import exchange_s  # noqa: PLC0415 - likewise
     from mounts.awr.slew_model import AwrSlewModel  # noqa: PLC0415 - likewise
     from mounts.awr.speeds import Speeds  # noqa: PLC0415 - likewise
+    from transports.memory import BITS_PER_BYTE  # noqa: PLC0415 - likewise
 
     wanted = settings(configuration)
     words = factory(
@@ -62,12 +64,11 @@ def timing(configuration: Configuration) -> Timing:
         reversed1=axes_of(configuration)[0].reversed,
         rate_reference=wanted.rate_reference,
     )
-    ladder = Speeds(wanted, words, words).ladder(_EXCHANGE_S)
+    line = baud(configuration)
+    apart_s = exchange_s(wanted.jitter, BITS_PER_BYTE / line if line else 0.0)
+    ladder = Speeds(wanted, words, words).ladder(apart_s)
     ladder = ladder.slewing_at(ladder.careful_rates)
     return Timing((AwrSlewModel(ladder, 0), AwrSlewModel(ladder, 1)), together=False)
-
-
-_EXCHANGE_S = 0.05
 
 
 def drive(

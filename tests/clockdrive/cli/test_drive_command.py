@@ -14,10 +14,11 @@ import pytest
 
 from clockdrive.cli.backend import backend
 from clockdrive.cli.main import main
-from clockdrive.clock import SystemClock
+from clockdrive.clock import SystemClock, VirtualClock
 from clockdrive.configuration import load
 from clockdrive.drives.tc410 import kind as tc410
 from clockdrive.drives.tc410.sections import axes_of, drive_of
+from clockdrive.telescope import parts
 from mounts.tc410.registers import REGISTERS, at, by_name
 from mounts.tc410.upkeep import ACTIONS
 from transports.serve import serve
@@ -341,3 +342,18 @@ def test_a_person_reads_lines(words, run, capsys):
     print(text[:2000])
     assert text.strip()
     assert "{" not in text
+
+
+def test_a_key_of_an_awr_that_was_held_is_told(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(parts, "SystemClock", lambda: VirtualClock(1_800_000_000.0))
+    path = tmp_path / "telescope.toml"
+    path.write_text(
+        '[drive]\nkind = "awr"\nlink = "sim:"\nsidereal_steps_per_s = 50.0\n[axis2]\nsteps_per_degree = 12000.0\n'
+        "[limits]\nsun_avoidance_deg = 0.0\nhorizon_deg = -5.0\n"
+        f'[state]\npath = "{(tmp_path / "state").as_posix()}"\n',
+        encoding="utf-8",
+    )
+    code = main(["-c", str(path), "drive", "raw", "axis2", "UP", "guide", "0.1"])
+    told = capsys.readouterr()
+    assert code == 0, told.err
+    assert told.out == "UP was held at guide speed for 0.1 s\n"

@@ -66,7 +66,7 @@ def test_ctrl_c_at_any_exchange_leaves_it_standing_with_its_own_registers(tmp_pa
             before = held(watched.device)
             watched.before = CtrlC(watched, names[turn % len(names)], chance.randrange(1, 200))
             with suppress(KeyboardInterrupt):
-                watched.commission()
+                watched.commission(names[turn % len(names) :])
             reached[watched.step.step.name] += watched.before.came
             watched.before = lambda _data: None
             assert stands(watched), (turn, watched.step.step.name)

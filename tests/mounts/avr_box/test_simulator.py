@@ -162,6 +162,19 @@ def test_encoders_count_what_the_axes_did_not_what_the_motors_made():
     assert plain(encoder_counts_per_turn=0).encoders() == (0, 0)
 
 
+@pytest.mark.parametrize(
+    ("off", "seen"), [({"encoder_still1": True}, (0, 439)), ({"encoder_still2": True}, (220, 0))]
+)
+def test_an_encoder_whose_cable_is_off_counts_nothing(off, seen):
+    unit = plain(**off)
+    for axis in (b"\x00", b"\x02"):
+        unit.receive(b"M\x00\x00\x04\x00" + axis, T0)
+    unit.advance(T0 + 60.0)
+    print(f"\n{unit.encoders()}")
+    assert unit.encoders() == pytest.approx(seen, abs=15)  # axis 1 tracks for a minute at most
+    assert 0 in unit.encoders()
+
+
 def test_it_goes_on_from_its_snapshot():
     one, two = plain(), plain()
     one.receive(b"M\x00\x00\x01\x00\x80+\x20M\x10", T0)

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from mounts.avr_box.guiding import EVERY_S, GuideRates, pulse, sent_after
-from mounts.avr_box.tick_clock import TickClock
+from mounts.avr_box.tick_clock import NEAR_TICKS, TickClock
 from mounts.avr_box.timers import TICK_S
 
 T0 = 1_800_000_000.0
@@ -20,7 +20,7 @@ class Ticking:
 
     def bin(self, t):
         passed = math.floor((t - T0 - self.phase) / self.tick) + 100
-        return passed % 519 if self.index is None else passed % self.index
+        return (passed if self.index is None else passed % self.index) % 519
 
     def phase_at(self, t):
         return (t - T0 - self.phase) % self.tick
@@ -63,6 +63,20 @@ def test_an_index_pulse_moves_the_bin_and_not_the_tick():
     asked(clock, box, [T0 + 0.02 * k for k in range(30)])
     asked(clock, box, [T0 + 7.3 * k for k in range(1, 200)], seed=2)
     assert off(clock, box, T0 + 1500.0) < 0.02
+
+
+@pytest.mark.parametrize("turn", [510, 518, 519, 528])
+def test_index_pulses_of_a_guided_worm_are_never_taken_for_a_clock_that_was_set(turn):
+    clock, box, chance = TickClock(), Ticking(0.2, 30.0, index_every=turn), random.Random(turn)  # noqa: S311
+    t, unexplained = T0, 0.0
+    while t < T0 + 6 * turn * TICK_S:
+        told = box.bin(t + 0.008)
+        unexplained = max(unexplained, clock.unexplained(told, 0, t, t + 0.016))
+        clock.heard(told, t, t + 0.016)
+        t += chance.uniform(0.1, 11.0)
+    print(f"\n{turn} ticks a turn: at most {unexplained:.1f} ticks unexplained")
+    assert unexplained <= NEAR_TICKS
+    assert clock.slipped_s == 0.0
 
 
 def test_nothing_is_known_before_the_first_answer():

@@ -9,8 +9,6 @@ from awr_fault_bench import DEEDS, WRITTEN, Judged, Night
 FULL = os.environ.get("CLOCKDRIVE_CAMPAIGN") == "full"
 FIRST = int(os.environ.get("CLOCKDRIVE_SEED", "0"))
 RUNS = 1000 if FULL else 2 * len(DEEDS)
-LATE_S = 0.2
-QUIET_S = 0.15  # after which a dead-man process sends a release again that was lost on the line
 BLIND_S = 6.0  # power cut for 5 s at most, and a second until the unit is asked
 
 
@@ -27,13 +25,12 @@ def test_on_a_bad_night_no_key_is_held_long_nothing_unasked_is_kept_for_good_and
         Night(seed, judged).run()
     known, beyond = judged.ends["within"] + judged.ends["beyond"], judged.ends["beyond"]
     print(f"\n{RUNS} runs: {judged}")
-    assert judged.late_s < LATE_S
-    assert judged.dead_s < LATE_S + QUIET_S
+    assert not judged.late
     assert set(judged.worn) <= {WRITTEN}
     assert judged.worn[WRITTEN] <= RUNS // len(DEEDS) + 1
     assert not judged.unsaid
     assert not judged.gross
-    assert len(judged.moving) <= 1 + judged.readings // 10000  # before a late event of theirs has come
+    assert not judged.moving
     assert beyond <= most_of(known, 0.05)
     assert judged.beyond <= most_of(judged.readings, 0.05)
     assert judged.blind_s < BLIND_S

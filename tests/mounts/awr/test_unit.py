@@ -55,6 +55,21 @@ def test_what_comes_between_a_command_and_its_answer_is_kept():
         wire.unit.key("1")
 
 
+def test_a_key_is_sent_once_and_its_answer_is_waited_for_less_long_than_that_to_a_question():
+    wire, heard = Wire(), []
+    wire.unit.identify()
+    wire.awr.receive = lambda data, _: heard.append(data) or b""
+    waited = []
+    for ask in (lambda: wire.unit.key("1"), lambda: wire.unit.read(0xFF)):
+        began = wire.clock.now()
+        with pytest.raises(NoAnswer):
+            ask()
+        waited.append(wire.clock.now() - began)
+    assert heard == [b":1#"] + 3 * [b":FF?#"]
+    assert waited[0] == pytest.approx(0.06 + 15 * 10 / 9600, abs=1e-3)
+    assert waited[1] > 0.1 + 0.2 + 0.4
+
+
 @pytest.mark.parametrize(("firmware", "hears"), [(0.59, None), (0.72, Status(2, override=False))])
 def test_it_asks_only_for_what_the_firmware_tells(firmware, hears):
     wire = Wire(SimulatorSettings(firmware=firmware))

@@ -186,6 +186,7 @@ def test_bytes_that_waited_for_a_listener_may_have_come_on_the_heels_of_those_be
         packets.feed(b":X0", 100.0 + 3.8 * byte, unheard_s)
         (one,) = packets.feed(b"1\r\n#", 100.0 + 7.8 * byte)
         assert one.behind_s == pytest.approx(behind, abs=1e-6)
+        assert one.unheard_s == unheard_s
 
 
 def test_debug_text_is_kept_apart():

@@ -3,6 +3,7 @@
 import os
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from awr_bench import SETTINGS, SIDEREAL, Bench, Line
@@ -184,3 +185,54 @@ def test_a_commit_on_a_bad_line_leaves_the_position_right_or_says_how_far_it_may
         assert set(bench.awr.wear) <= {0x05}
     print(f"\n{runs} commits with every tenth packet damaged: unsynchronised in {unknown}, wrong in {len(wrong)}")
     assert not wrong
+
+
+@pytest.mark.parametrize("value", [19000, 20000], ids=["another", "the same"])
+@pytest.mark.parametrize("reads_ram", [True, False])
+def test_the_word_by_which_a_unit_is_known_again_may_be_written_and_committed(value, reads_ram):
+    bench = Bench(unit=SimulatorSettings(reads_ram=reads_ram))
+    bench.connect(make_safe=True)
+    bench.drive.hand.soft_write("max_accel_dec", value)
+    bench.clock.sleep(5.0)
+    assert not bench.read().unsynchronised
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    again = next_program(bench)
+    assert not again.connect().unsynchronised
+    if value != bench.awr.lasting[0x17]:
+        assert again.drive.hand.commit() == ("max_accel_dec",)
+        assert bench.awr.lasting[0x17] == value
+    again.clock.sleep(5.0)
+    assert not again.read().unsynchronised
+    again.drive.close(again.clock.now(), keep_tracking=False)
+    if reads_ram:
+        bench.awr.ram = dict(bench.awr.lasting)
+        assert "switched off and on" in next_program(again).connect().unsynchronised
+
+
+@pytest.mark.parametrize("tracking", [False, True], ids=["at rest", "tracking"])
+def test_a_sense_that_a_person_writes_reloads_or_commits_makes_the_position_unknown(tracking):
+    bench = Bench()
+    bench.connect(make_safe=not tracking)
+    hand = bench.drive.hand
+    turned = partial(hand.soft_write, "directions", 0x2)
+    for turn in (turned, hand.discard, turned, hand.commit):
+        assert not bench.read().unsynchronised
+        turn()
+        assert "direction senses" in bench.read().unsynchronised
+        bench.drive.sync(bench.true(), bench.clock.now())
+    hand.soft_write("directions", 0x2)
+    assert not bench.read().unsynchronised  # it is so already
+
+
+def test_a_sense_that_is_another_in_ram_since_a_program_looked_makes_the_position_unknown():
+    bench = Bench()
+    bench.connect(make_safe=True)
+    bench.drive.close(bench.clock.now(), keep_tracking=False)
+    bench.kept = dict(bench.drive.memory)
+    bench.awr.ram[0x00] ^= 0x2
+    again = next_program(bench)
+    assert "direction senses" in again.connect().unsynchronised
+    again.drive.sync(again.true(), again.clock.now())
+    again.drive.close(again.clock.now(), keep_tracking=False)
+    again.kept = dict(again.drive.memory)
+    assert not next_program(again).connect().unsynchronised
