@@ -121,8 +121,8 @@ class Axis:
 
     @property
     def flicker(self) -> float:
-        """By how many counts a target may go on changing, tick by tick."""
-        return _SETTLED_DEG if self.units == "degrees" else 1.0
+        """By how many counts a target may go on changing, tick by tick; a move of microsteps is an even number."""
+        return _SETTLED_DEG if self.units == "degrees" else 2.0 if self.units == "microsteps" else 1.0
 
     @property
     def straight_s(self) -> float:

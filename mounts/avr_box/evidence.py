@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 from mounts.avr_box.axis import BoxAxis
 from mounts.avr_box.encoders import ROUNDED_COUNTS, Encoder
-from mounts.avr_box.reasons import AGAINST, COUNTS, CREEPS
+from mounts.avr_box.reasons import AGAINST, COUNTS, CREEPS, SHORT
 from mounts.avr_box.sight import Astray
 
 _CLEAR_COUNTS = 8.0  # of a move, to tell how far it went
 _CREPT_COUNTS = 0.4  # beyond what rounding and the crystal make
 _OFTEN = 2  # times that the opposite is no chance
+_SHORT_TURNS = 10.0 / 360.0  # that an axis may fall short of what it was told, in all
 DAMAGES = 3
 """Of the line since the last sync, from which on it mutilates moves as well."""
 
@@ -22,11 +23,13 @@ class Evidence:
 
     def __init__(self) -> None:
         self._against = [0, 0]  # how often an encoder said the opposite, one time after the other
+        self._short = [0.0, 0.0]  # microsteps by which each axis fell short of what it was told, in all
         self._halved = self._doubled = 0  # moves, one after the other, that went half as far, or farther
 
     def forget(self) -> None:
         """A person says where the axes are."""
         self._halved = self._doubled = 0
+        self._short = [0.0, 0.0]
 
     def agrees(self, axis: BoxAxis) -> None:
         """Its encoder says what is reckoned."""
@@ -38,6 +41,14 @@ class Evidence:
         against = encoder.against(reckoned - since, said - since)
         self._against[axis.index] = self._against[axis.index] + 1 if against else 0
         return AGAINST.format(axis.index + 1) if self._against[axis.index] >= _OFTEN else ""
+
+    def falls_short(self, axis: BoxAxis, encoder: Encoder, said: float, reckoned: float, damages: int) -> str:
+        """Its encoder says that it is there: whether it fell short of what it was told by too much since a `sync`."""
+        since = reckoned if encoder.proved is None else encoder.proved
+        if (said - reckoned) * (reckoned - since) < 0.0:
+            self._short[axis.index] += min(abs(said - reckoned), abs(reckoned - since))
+        much = self._short[axis.index] > _SHORT_TURNS * axis.steps_per_turn
+        return SHORT.format(axis.index + 1, 360.0 * _SHORT_TURNS) if much and damages < DAMAGES else ""
 
     def rests(self, axis: BoxAxis, encoder: Encoder, damages: int) -> str:
         """It stands where it is reckoned to be: whether moves go half as far as they should, again and again."""

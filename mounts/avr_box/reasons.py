@@ -22,6 +22,10 @@ STILL = (
     "nobody knows how far the axis went; look at the telescope, mend encoder or motor, or do without encoders by "
     "`encoder_counts_per_turn` = 0, then `sync`"
 )
+SHORT = (
+    "by its encoder axis {} has fallen {:.0f}° short of what it was told since the last `sync`: its motor misses "
+    "steps, or the encoder slips; look at the telescope, mend that, then `sync`"
+)
 AGAINST = (
     "the encoder of axis {} says the opposite of what the axis was told: swap its A and B wires, or set `reversed` "
     "of that axis where it turns the wrong way, or `axis_bit` where it moves instead of the other one (`commission` "

@@ -16,6 +16,7 @@ Tracking makes whole microsteps from the end of one piece to the beginning of th
 
 import math
 from bisect import bisect_left
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -29,6 +30,7 @@ _CLEAR = 3  # half microsteps to either side that the last piece may yet become
 _TAIL_COUNT = 132  # of the last piece on the wire, or a little more: no letter is near to it
 _PARTED = 100  # the most that it has more, in moves of less than minutes
 _PARTED_ALONE = 512  # likewise where it follows one that cannot leave what it may not be to others
+_BEFORE = 8  # half microsteps that go before a short move
 _TRACKED = 0.45  # microsteps of tracking, at most, that two steps more of the last piece may suspend
 _SLOPE = 600.0  # half microsteps a second by which one more piece is prepared: slow beside what tracks
 _ROUNDS, _ROUNDS_CLOSED = 4, 8
@@ -183,7 +185,7 @@ class AvrSlewModel:
             tracked = self._tracked(pieces)
             # Where one more piece takes so long that it is not needed then, the one without it is exact.
             found = self._exact(pieces, end - start - tracked) or found
-        pieces = found or pieces
+        pieces = self._nearest(pieces, end - start) or found or pieces
         duration = pieces[-1].begin + pieces[-1].duration if pieces else self._duration(0, self._along(1))
         return AvrTravel(self.law, start, self.rate, tuple(pieces), duration, self.crystal)
 
@@ -243,6 +245,33 @@ class AvrSlewModel:
             return None
         return [*pieces[:at], replace(tail, half=half, duration=self._lasts(half)), *pieces[at + 1 :]]
 
+    def _nearest(self, pieces: list[Piece], way: float) -> list[Piece] | None:
+        """The same with the move that leads nearest, where moves make a short way of axis 1; None where they do not.
+
+        Its first microsteps last longer than those of tracking. So it ends when longer ones do: how long it is does
+        not change where a target is by then. Where its count is one that must not be, a few microsteps go before it.
+        """
+        moves = [piece for piece in pieces if not piece.letters]
+        if not self.rate or sum(piece.half for piece in moves) > self.tail or (self.closing_half and not pieces):
+            return None
+        ends = moves[-1].begin + moves[-1].duration if moves else self._duration(0)
+        others, found = [piece for piece in pieces if piece.letters], list[tuple[float, list[Piece]]]()
+        for before in ([], *([Piece(_BEFORE, sign, 0.0, self._lasts(_BEFORE))] for sign in (1, -1) if not others)):
+            for last in self._short(ends):
+                made = sorted((*before, *others, last), key=lambda piece: piece.begin)
+                off = self._tracked(made) + sum(piece.steps for piece in made) - way
+                found.append((abs(off), made))
+            if (nearest := min(found, key=lambda each: each[0]))[0] <= 1.0:
+                break
+        return nearest[1]
+
+    def _short(self, ends: float) -> Iterator[Piece]:
+        """All moves up to that of the last piece, to either side, that end then."""
+        for half in range(self.tail + 1):
+            if harmless_below(half * self.wire_per_half, self.wire_per_half) == half * self.wire_per_half:
+                lasts = self._lasts(half)
+                yield from (Piece(half, sign, ends - lasts, lasts) for sign in (1, -1))
+
     def _tracked(self, pieces: list[Piece]) -> int:
         """Microsteps that tracking makes before the pieces, and where there are none; a move interrupts the next."""
         made, free_since = 0, 0.0
@@ -255,7 +284,9 @@ class AvrSlewModel:
         """Seconds of a slew of twice `half` microsteps: without a jump, and enough for it to be parted."""
         count, most = self._count(half, along), self._count(half, along) * self.longest_half
         by_moves = half - (count + self._more) * along
-        here, fully = self._in_equal_pieces(abs(by_moves), count), self._in_equal_pieces(most, count)
+        least = count * self.tail if self.rate else 0  # shorter ways would be the slower, the shorter they are
+        here = self._in_equal_pieces(max(abs(by_moves), least), count)
+        fully = self._in_equal_pieces(most, count)
         jump = self._in_equal_pieces(abs(most - along), count + 1) - fully
         near = max(0.0, 1.0 - (most - by_moves) / (_SLOPE * max(jump, 1e-9)))
         last = self._lasts(self.tail + (_PARTED_ALONE if along else _PARTED))

@@ -110,6 +110,9 @@ class Supervision:
             if self._switch.counts_from_nothing(told):  # far from where they would be, had it not been switched off
                 self._was_switched_off(told)
             else:
+                for axis in self._axes:
+                    if axis.encoder is not None:
+                        axis.encoder.proved = None  # nobody saw whether it was turned by hand meanwhile
                 self._repair(self._sight.astray(told))
         self._sight.bound(told, flawed=self.flawed)
         self._switch.looked = told.middle
@@ -266,7 +269,8 @@ class Supervision:
         """The encoder is right, to a count; one that again and again says the opposite is not."""
         for axis, encoder, told, runs, *_ in astray:
             said, state = encoder.steps(told.pair[axis.index]), axis.at(told.middle)
-            if why := self._evidence.opposes(axis, encoder, said, state.counts):
+            against = self._evidence.opposes(axis, encoder, said, state.counts)
+            if why := against or self._evidence.falls_short(axis, encoder, said, state.counts, self._damages):
                 self.standing.lose(why)
                 return
             self.standing.note(

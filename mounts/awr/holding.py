@@ -84,6 +84,7 @@ class Holding:
         lose: Callable[[str], None],
     ) -> None:
         self._unit = unit
+        unit.at_rest = lambda: not self._held
         self._beside = beside
         self._axes = axes
         self.punctuality = Punctuality(jitter)
@@ -206,7 +207,8 @@ class Holding:
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
-            self._beside.calm()
+            if not self._near(SOON_S):
+                self._beside.calm()
             self._listen(self._unit.now())
         except (DriveError, TransportError):
             if self._held:
@@ -298,12 +300,12 @@ class Holding:
 
     def _cut_short(self, axis: int, held: Held) -> None:
         """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
-        self._shortened(axis, held)
         other = self._held.get(1 - axis)
         if other is None:
             self._unit.release((1 - axis,))
         elif other.is_pressed and not other.is_released:
             self._shortened(1 - axis, other)
+        self._shortened(axis, held)
 
     def _shortened(self, axis: int, held: Held) -> None:
         """Release a key before its time."""
@@ -344,6 +346,10 @@ class Holding:
         finally:
             self._unit.withdraw()
 
+    def _near(self, seconds: float) -> bool:
+        """Whether a key is to be released so soon."""
+        return any(not down and due - self._unit.now() < seconds for due, _, down in self._due)
+
     def _due_in(self, axis: int) -> float:
         """Seconds until the release of a key that is held is to be sent."""
         dues = [due for due, each, down in self._due if each == axis and not down]
@@ -355,7 +361,7 @@ class Holding:
         return held is not None and held.is_pressed and not held.is_released
 
     def _do(self, due: float, axis: int, down: bool) -> None:
-        if not down:
+        if not down or self._near(SOON_S):
             self._beside.hasten()
         self._listen(due - self._unit.key_s)
         held = self._held.get(axis)

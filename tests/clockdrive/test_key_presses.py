@@ -30,8 +30,10 @@ def test_a_plan_tells_its_presses_with_their_errors_and_a_goto_ends_as_sure_as_t
 @pytest.mark.parametrize("baud", [2400, 9600])
 def test_a_plan_that_asks_no_unit_has_its_keys_as_far_apart_as_one_of_a_unit_on_such_a_line(tmp_path, baud):
     with telescope(tmp_path, drive__kind="awr", simulator__baud=baud) as scope:
-        asked = scope._session.drive.ladder.exchange_s
+        drive = scope._session.drive
+        asked, delay_s = drive.ladder.exchange_s, drive.unit.delay_s
         alone = timing(scope.configuration).slew[0].ladder.exchange_s
     print(f"\n{baud} baud: {1e3 * alone:.1f} ms, with a unit {1e3 * asked:.1f} ms")
     assert alone == pytest.approx(17 * 10 / baud + 0.002 + 4.0 * 2.0**0.5 * 0.005, abs=1e-9)
-    assert asked == pytest.approx(alone, abs=1e-3)
+    assert asked == pytest.approx(alone + 2.0 * delay_s, abs=1e-9)
+    assert delay_s < 2e-3
