@@ -160,7 +160,7 @@ class AvrBoxDrive:
 
     # Connecting ------------------------------------------------------------------------------------------------
 
-    def connect(self, time: float, *, make_safe: bool) -> Reading:  # noqa: ARG002 - its link knows the time
+    def connect(self, time: float, *, make_safe: bool) -> Reading:
         """Find the box, set its flags, see its clock tick, and say where it is, as well as that can be known.
 
         Raises
@@ -176,9 +176,8 @@ class AvrBoxDrive:
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
         if not self.supervision.unsynchronised:
-            self._own_notes += absence.tracked_on(
-                self.axes[0], self._settings, self._tracker.rates, self._seen, self._box.now()
-            )
+            now = time - self._box.behind
+            self._own_notes += absence.tracked_on(self.axes[0], self._settings, self._tracker.rates, self._seen, now)
         self.supervision.found()
         return self._reading()
 
