@@ -13,6 +13,7 @@ from mounts.errors import DriveError
 from transports.errors import TransportError
 
 LONGEST_S = 10.0
+HEARD_S = 1.0  # after which a command that was not begun is none any more
 
 
 class Mutilating:
@@ -34,11 +35,24 @@ class Mutilating:
         return mutilated(how, data, self.chance)
 
 
+def moves_of(command):
+    """Axis, `step_max`, direction and slowness of each move that a command begins, by the manual."""
+    if command[:1] == b"M":
+        count, last = int.from_bytes(command[1:5], "little"), command[5]
+        return [(last >> 1 & 1, count // 2, -1 if last & 0x80 else 1, 1)]
+    letters = {"E": (0, 2763, -1, 1), "W": (0, 2763, 1, 1), "S": (1, 1382, -1, 1), "N": (1, 1382, 1, 1)}
+    return (
+        [letters[letter] for letter in command.decode("latin-1") if letter in letters]
+        if command[:1] in (b"E", b"W", b"S", b"N")
+        else []
+    )
+
+
 class Watch:
     """Measures the moves that the box makes and nobody commanded, and holds every reading to the box's own motors."""
 
     def __init__(self, box, drive):
-        self.wanted = set()
+        self.wanted = []  # what was commanded and has not begun: when, axis, step_max, direction, slowed
         self.worst = [0, 0]
         self.running = [None, None]
         self.readings, self.ratio, self.wrong = 0, 0.0, []
@@ -46,16 +60,17 @@ class Watch:
         begin, advance = box._begin, box.advance
 
         def sent(command):
-            if command[:1] == b"M":
-                self.wanted.add(
-                    (int(bool(command[5] & 2)), int.from_bytes(command[1:5], "little") // 2, 1 - (command[5] >> 6))
-                )
+            self.wanted += [(drive._box.now(), *move) for move in moves_of(command)]
             return send(command)
 
         def began(axis, step_max, direction, slowed):
             self.note(box)
             begin(axis, step_max, direction, slowed)
-            asked = (axis, step_max, direction) in self.wanted or step_max in {2763, 1382}
+            time = box._t0 + box._now / CRYSTAL_HZ
+            due = (each for each in self.wanted if each[1:] == (axis, step_max, direction, slowed))
+            asked = next((each for each in due if abs(time - each[0]) < HEARD_S), None)
+            if asked:
+                self.wanted.remove(asked)
             self.running[axis] = None if asked else box.motors[axis].position
 
         def advanced(t):

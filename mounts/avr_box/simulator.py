@@ -9,20 +9,25 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from mounts.avr_box.answers import Pair
-from mounts.avr_box.commands import BINS, COMMANDS, FIVE_ARCMIN, FLAGS
 from mounts.avr_box.simulator_motor import Motor, Slew
 from mounts.avr_box.simulator_settings import SimulatorSettings
-from mounts.avr_box.timers import (
+from mounts.avr_box.simulator_wire import (
+    ARGUMENTS,
+    BINS,
     CRYSTAL_HZ,
+    DEC_GUIDING,
     DEFAULT_COMPARE,
-    SLEW_GEARS,
+    FIVE_ARCMIN,
+    PEC,
+    PRESCALERS,
+    RA_GUIDING,
     TICK_CYCLES,
+    answer,
     fine_cycles,
     tracking_cycles,
 )
 
-_FLAGS_AT_BOOT = FLAGS["pec"]
+_FLAGS_AT_BOOT = PEC
 _QUARTER = 4
 _AT_ONCE = 64  # ticks
 
@@ -59,8 +64,8 @@ class SimulatedAvrBox:
         self.steps_per_turn = steps_per_turn
         more = 1 if settings.table_clocks == "byte+1" else 0
         self.motors = tuple(
-            Motor(settings.slew_table, gears.low, gears.high, here, more)
-            for gears, here in zip(SLEW_GEARS, positions, strict=True)
+            Motor(settings.slew_table, low, high, here, more)
+            for (low, high), here in zip(PRESCALERS, positions, strict=True)
         )
         self._worm_steps = worm_steps
         self._signs = signs
@@ -90,20 +95,20 @@ class SimulatedAvrBox:
 
     def _byte(self, byte: int) -> bytes:
         self._held.append(byte)
-        command = COMMANDS.get(chr(self._held[0]))
-        if command is None:
+        letter = chr(self._held[0])
+        if letter not in ARGUMENTS:
             self._held.clear()
             return b""
-        if len(self._held) <= command.arguments:
+        if len(self._held) <= ARGUMENTS[letter]:
             return b""
         arguments = bytes(self._held[1:])
         self._held.clear()
-        return self._obey(command.letter, arguments)
+        return self._obey(letter, arguments)
 
     def _obey(self, letter: str, arguments: bytes) -> bytes:
         number = int.from_bytes(arguments, "little")
         if letter in "PQ":
-            return (Pair(self.bin, self.zero) if letter == "P" else Pair(*self.encoders())).text
+            return answer(self.bin, self.zero) if letter == "P" else answer(*self.encoders())
         if letter in "BCZ":
             self._set(letter, number)
         elif letter in "+-<>D":
@@ -128,9 +133,9 @@ class SimulatedAvrBox:
         north = -1 if self.settings.north_reversed else 1
         if letter == "D":
             self._fine = (1, north, 0)
-        elif letter in "+-" and self.flags & FLAGS["ra_guiding"]:
+        elif letter in "+-" and self.flags & RA_GUIDING:
             self._guiding = (number, 1 if letter == "+" else -1)
-        elif letter in "<>" and self.flags & FLAGS["dec_guiding"]:
+        elif letter in "<>" and self.flags & DEC_GUIDING:
             self._fine = (number, north if letter == ">" else -north, 0)
 
     def _move(self, arguments: bytes) -> None:
@@ -161,7 +166,7 @@ class SimulatedAvrBox:
 
     def _quiet(self) -> int:
         """Cycles until a tick of TIMER1 changes what moves; ticks that change nothing are run through together."""
-        if self._guiding[0] or self.flags & FLAGS["pec"] or self._index_is_near():
+        if self._guiding[0] or self.flags & PEC or self._index_is_near():
             return self._tick_in
         return self._tick_in + _AT_ONCE * TICK_CYCLES
 
@@ -202,7 +207,7 @@ class SimulatedAvrBox:
             self.bin = self.zero
 
     def _compare(self) -> int:
-        compare = self.settings.pec_table[self.bin] if self.flags & FLAGS["pec"] else DEFAULT_COMPARE
+        compare = self.settings.pec_table[self.bin] if self.flags & PEC else DEFAULT_COMPARE
         left, sign = self._guiding
         return compare - sign * self.settings.guide_counts if left else compare
 

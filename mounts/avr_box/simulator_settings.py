@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from mounts.avr_box.slew_table import standard
-from mounts.avr_box.timers import DEFAULT_COMPARE, FINE_COMPARE
+from mounts.avr_box.simulator_wire import DEFAULT_COMPARE, FINE_COMPARE, standard_table
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class SimulatorSettings:
     encoder_still1: bool = False
     encoder_still2: bool = False
     encoder_counts_per_turn: int = 20000
-    slew_table: tuple[int, ...] = standard()
+    slew_table: tuple[int, ...] = standard_table()
     table_clocks: Literal["byte+1", "byte"] = "byte+1"
     fine_compare: int = FINE_COMPARE
     interrupted: Literal["lost", "kept"] = "lost"

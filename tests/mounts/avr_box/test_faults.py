@@ -88,6 +88,21 @@ def poll(bench, seconds, *, stop):
         bench.clock.sleep(0.25)
 
 
+@pytest.mark.parametrize(("command", "steps"), [(b"M\xe8\x03\x00\x00\x00", 1000), (b"W", 5526)])
+def test_what_the_line_repeats_of_a_command_counts_as_a_move_that_nobody_commanded(command, steps):
+    bench, far = Bench(), []
+    bench.connect()
+    watch = Watch(bench.box, bench.drive)
+    for send in (bench.drive._box.send, lambda again: bench.box.receive(again, bench.clock.now())):
+        send(command)
+        for _ in range(100):
+            bench.clock.sleep(0.1)
+            bench.box.advance(bench.clock.now())
+        far.append(watch.worst[0])
+    assert far[0] == 0
+    assert steps <= far[1] < steps + 0.1 * 280  # and what it tracks until that is looked at
+
+
 @pytest.mark.campaign
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("interfere", [None, hand_controller, power_cut])

@@ -5,6 +5,7 @@ import json
 import pytest
 from avr_bench import STEPS_PER_TURN, T0, like
 
+from mounts.avr_box import commands
 from mounts.avr_box.simulator import SimulatedAvrBox
 
 WORM_S = 66327.2727 / 276.548673  # of a turn of the worm at the default rate
@@ -20,6 +21,18 @@ def plain(**changes):
     unit = box(**changes)
     unit.receive(b"C\x12", T0)
     return unit
+
+
+def test_what_the_driver_has_wrong_of_a_letter_or_of_a_flag_is_not_what_the_box_does(monkeypatch):
+    monkeypatch.delitem(commands.COMMANDS, "N")
+    monkeypatch.setitem(commands.FLAGS, "dec_guiding", 0x20)
+    unit = plain()
+    unit.receive(b"N", T0)
+    unit.advance(T0 + 10.0)
+    assert unit.true_position(2) == 2764  # twice 1382
+    unit.receive(b">\x05", T0 + 10.0)
+    unit.advance(T0 + 20.0)
+    assert unit.true_position(2) == 2769
 
 
 def test_it_tracks_at_the_rate_of_the_default_divisor():
