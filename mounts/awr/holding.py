@@ -100,6 +100,7 @@ class Holding:
         self._held: dict[int, Held] = {}
         self._due: list[tuple[float, int, bool]] = []
         self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
+        self._repeated = False  # a release was sent again since both keys were known to be released
         self._listened = -math.inf  # POSIX seconds until which it is listened whether a release has become a press
         self._suspect = (
             0,
@@ -491,8 +492,10 @@ class Holding:
     def _over_with(self, axis: int, held: Held) -> None:
         """Its motion is over; a release that was sent again may have become a press, of which nothing need tell."""
         del self._held[axis]
-        if held.is_again:
-            self._let_be(*(each for each in (1 - axis, axis) if each not in self._held))
+        self._repeated = self._repeated or held.is_again
+        if self._repeated and not self._held:  # the end of another motion is not to wait for the line
+            self._repeated = False
+            self._let_be(1 - axis, axis)
 
     def _let_be(self, *axes: int) -> None:
         """Release keys of which none is to be held, and hear whether one moves all the same."""
