@@ -50,6 +50,18 @@ class Line:
         return (x + u * t, u), (y + v * t, v)
 
 
+def _whole(device: Device) -> Device:
+    return device
+
+
+def _as_assumed(unit: SimulatorSettings, settings: AvrSettings) -> bool:
+    """Whether moves of a box last as its driver takes them to."""
+    ideal = replace(SimulatorSettings(), slew_table=settings.slew_table)
+    told = "slew_table", "table_clocks", "interrupted", "busy"
+    alike = all(getattr(unit, name) == getattr(ideal, name) for name in told)
+    return alike and (unit.move_count, unit.axis_bit) == (settings.move_count, settings.axis_bit)
+
+
 class Bench:
     """Driver, link, clock and box."""
 
@@ -58,7 +70,7 @@ class Bench:
         settings: AvrSettings = SETTINGS,
         unit: SimulatorSettings | None = None,
         memory: Mapping[str, object] | None = None,
-        line: Callable[[Device], Device] = lambda device: device,
+        line: Callable[[Device], Device] = _whole,
         baud: int | None = 9600,
         box: SimulatedAvrBox | None = None,
         clock: VirtualClock | None = None,
@@ -71,6 +83,20 @@ class Bench:
         self.drive = AvrBoxDrive(
             Box(lambda: MemoryLink(far, clock_, baud=baud), self.clock, baud), settings, self.kept, self._keep
         )
+        if line is _whole and _as_assumed(given, settings):
+            self.drive._box.send = self._apart(self.drive._box.send, clock_)  # type: ignore[method-assign]
+
+    def _apart(self, send: Callable[[bytes], float], clock: VirtualClock) -> Callable[[bytes], float]:
+        """No move is sent to an axis that still makes one."""
+
+        def sent(command: bytes) -> float:
+            if command[:1] == b"M":
+                self.box.advance(clock.now())
+                index = int((command[5] >> 1 & 1) == self.box.settings.axis_bit)
+                assert self.box.motors[index].slew is None, f"{command.hex()} to axis {index + 1}, which moves"
+            return send(command)
+
+        return sent
 
     def _keep(self, memory: Mapping[str, object]) -> None:
         self.kept = memory

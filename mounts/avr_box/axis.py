@@ -256,8 +256,12 @@ class BoxAxis:
         return [move.begin for move in self._moves]
 
     def kept(self, time: float) -> KeptAxis:
-        """What must be remembered of it: where it was at a time, and the moves since."""
-        state = self.at(time)
+        """What must be remembered of it: where it was at a time, and the moves since.
+
+        Single microsteps are none: they end by themselves, and axis 2 stands but for them.
+        """
+        stepped = self.index == 1 and not self._moves
+        state = self.at(max(time, self.guided_until) if stepped else time)
         zero = None if self.encoder is None else self.encoder.zero
         return KeptAxis(state.counts, state.uncertainty, tuple(self._moves), zero, self.unproved_steps)
 

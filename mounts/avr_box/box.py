@@ -12,6 +12,7 @@ from mounts.avr_box.answers import LENGTH, AnswerDecoder, Pair
 from mounts.avr_box.commands import COMMANDS, rest_of
 from mounts.avr_box.trust import Trust
 from mounts.errors import DriveRefused, WrongProtocol
+from mounts.steady import SteadyClock
 from transports.errors import LinkError, NoAnswer
 from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
@@ -83,8 +84,13 @@ class Box:
         return min(self._trips, default=0.0) / 2.0
 
     def now(self) -> float:
-        """POSIX seconds, by the clock of the link."""
+        """POSIX seconds, by the clock of the link: all of this is timed by it."""
         return self._clock.now()
+
+    @property
+    def behind(self) -> float:
+        """Seconds that this time is behind the computer's, which may have been set while moves were timed."""
+        return self._clock.behind() if isinstance(self._clock, SteadyClock) else 0.0
 
     def send(self, command: bytes) -> float:
         """Send a command whole; return the POSIX time at which the box has it.

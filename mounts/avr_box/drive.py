@@ -15,6 +15,7 @@ from mounts.avr_box.box import Box
 from mounts.avr_box.closing import Closing
 from mounts.avr_box.doubt import Doubt
 from mounts.avr_box.encoders import EncoderSeen
+from mounts.avr_box.host_time import SeenSooner, sooner
 from mounts.avr_box.memory import Kept
 from mounts.avr_box.moves import Moves
 from mounts.avr_box.panel import Panel
@@ -138,7 +139,7 @@ class AvrBoxDrive:
         time = self._box.now()
         begun = min([time, *(begin for axis in self.axes for begin in axis.begun(time))])
         one, two = (axis.kept(begun) for axis in self.axes)
-        return Kept(
+        kept = Kept(
             self.supervision.unsynchronised,
             begun,
             (one, two),
@@ -149,7 +150,8 @@ class AvrBoxDrive:
             None if self._box.trust.complete else self._box.trust.since(),
             self._doubt.proved,
             self._settings.meaning,
-        ).as_json()
+        )
+        return kept.later(self._box.behind).as_json()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -174,7 +176,8 @@ class AvrBoxDrive:
         said = f"its flags cannot be read back: guiding on, PEC {'on' if self._settings.pec else 'off'} were written"
         self._own_notes = (said,)
         if not self.supervision.unsynchronised:
-            self._own_notes += absence.tracked_on(self.axes[0], self._settings, self._tracker.rates, self._seen, time)
+            now = time - self._box.behind
+            self._own_notes += absence.tracked_on(self.axes[0], self._settings, self._tracker.rates, self._seen, now)
         self.supervision.found()
         return self._reading()
 
@@ -210,7 +213,7 @@ class AvrBoxDrive:
             rate = state.rate if axis.slewing(now) else axis.rate_until_free(now)
             axes.append(AxisReading(state.counts, self._doubt.of(axis, now) + axis.grain, rate, axis.slewing(now)))
         return Reading(
-            now,
+            now + self._box.behind,
             tuple(axes),
             motion=("tracking", *self.supervision.moved_by),
             alarms=self.supervision.standing.alarms,
@@ -231,15 +234,17 @@ class AvrBoxDrive:
         if self.supervision.unsynchronised:
             raise Unsynchronised(self.supervision.unsynchronised)
         self._resting = not any(slew.rate_after for slew in axes)
-        return self._slews.begin(axes, time)
+        behind = self._box.behind
+        return self._slews.begin(sooner(axes, behind), time - behind) + behind
 
     def follow(self, path: AxisPath, time: float) -> float:
         """Keep both axes on a path by `+`, `-`, `<`, `>` and short moves; on one at rest, hold them short of it."""
         self._resting = all(rate == 0.0 for _, rate in path.at(time)[:2])
+        behind = self._box.behind
         idle = bool(self.supervision.unsynchronised) or self.supervision.on_trial or self._closing.pending
-        if idle or any(axis.slewing(time) for axis in self.axes):
+        if idle or any(axis.slewing(time - behind) for axis in self.axes):
             return RECHECK_S
-        return self._tracker.follow(path)
+        return self._tracker.follow(SeenSooner(path, behind))
 
     def hold_unplaced(self, time: float) -> str:  # noqa: ARG002 - its link knows the time to the piece
         """Hold axis 1 by its encoder while nobody knows where it is; return how, or nothing where it cannot be.
@@ -281,7 +286,8 @@ class AvrBoxDrive:
         now = self._box.now()
         if any(now < axis.reckoning.ends for axis in self.axes):
             raise DriveRefused("the axes move: `sync` when they have ended it, the box has no stop")
-        found = [here + axis.at(now).rate * (now - time) for axis, here in zip(self.axes, counts, strict=False)]
+        since = now - (time - self._box.behind)
+        found = [here + axis.at(now).rate * since for axis, here in zip(self.axes, counts, strict=False)]
         self._doubt.tried(found, now)
         for axis, here in zip(self.axes, found, strict=True):
             axis.known(here, now, 0.5)
@@ -299,7 +305,8 @@ class AvrBoxDrive:
         for axis in self.axes:
             axis.abandon()
         self._resting = True
-        left = {axis.index + 1: axis.slew_ends - time for axis in self.axes if axis.slew_ends > time}
+        now = time - self._box.behind
+        left = {axis.index + 1: axis.slew_ends - now for axis in self.axes if axis.slew_ends > now}
         if left:
             ends = " and ".join(f"axis {number} ends its move" for number in left)
             raise StillMoving(_NO_STOP.format(ends, max(left.values())))

@@ -49,6 +49,15 @@ class Kept:
     proved: bool = False
     meaning: str = ""
 
+    def later(self, seconds: float) -> "Kept":
+        """The same, by a clock that is ahead."""
+        one, two = (
+            replace(axis, moves=tuple(replace(move, begin=move.begin + seconds) for move in axis.moves))
+            for axis in self.axes
+        )
+        doubted = None if self.doubted is None else self.doubted + seconds
+        return replace(self, time=self.time + seconds, axes=(one, two), doubted=doubted)
+
     def as_json(self) -> dict[str, object]:
         """As it is stored."""
         kept = asdict(self)

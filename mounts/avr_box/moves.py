@@ -130,6 +130,23 @@ class Moves:
             self.send(axis, made if half > 0 else -made, others=others)
             self.prove()
 
+    def send_steps(self, axis: BoxAxis, steps: int) -> None:
+        """Make single microsteps of axis 2, signed with its angle.
+
+        They are remembered as made before they are sent: a program that ends in between leaves them within what is
+        stated.
+
+        Raises
+        ------
+        DriveRefused, LinkError
+            As `Box.send`.
+        """
+        north = (steps > 0) is not axis.north_falls
+        command = commands.north(abs(steps)) if north else commands.south(abs(steps))
+        axis.stepped(steps * axis.sign, self._box.now() + len(command) * self._box.byte_s + self._box.delay_s)
+        self._remember()
+        self._box.send(command)
+
     def begin_way(self) -> None:
         """A slew begins: it goes from where the axes are."""
         self._closing.begin_way()

@@ -134,9 +134,7 @@ class Tracker:
         ahead, wanted = _ahead(axis, path, now)
         slow = self._settings.blind and abs(wanted) < _STEPPED
         if steps := following.single_steps(ahead, math.inf) if slow else following.single_steps(ahead):
-            north = (steps > 0) is not axis.north_falls
-            command = commands.north(abs(steps)) if north else commands.south(abs(steps))
-            axis.stepped(steps * axis.sign, self._box.send(command))
+            self._moves.send_steps(axis, steps)
         elif abs(ahead) >= 1.0:
             self._moves.send_short(axis, round(-ahead / 2.0) * axis.sign, others=bool(wanted))
         return RECHECK_S if wanted == 0.0 else min(_FOLLOW_S, max(RECHECK_S, 1.0 / abs(wanted)))

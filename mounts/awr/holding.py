@@ -84,6 +84,7 @@ class Holding:
         lose: Callable[[str], None],
     ) -> None:
         self._unit = unit
+        unit.at_rest = lambda: not self._held
         self._beside = beside
         self._axes = axes
         self.punctuality = Punctuality(jitter)
@@ -99,6 +100,7 @@ class Holding:
         self._held: dict[int, Held] = {}
         self._due: list[tuple[float, int, bool]] = []
         self._must_release = False  # the unit has not confirmed that all keys are released, though it was told to
+        self._listened = -math.inf  # POSIX seconds until which it is listened whether a release has become a press
         self._suspect = (
             0,
             -math.inf,
@@ -206,7 +208,8 @@ class Holding:
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
-            self._beside.calm()
+            if not self._near(SOON_S):
+                self._beside.calm()
             self._listen(self._unit.now())
         except (DriveError, TransportError):
             if self._held:
@@ -229,6 +232,8 @@ class Holding:
         """Until when it must be listened now: the next command, or the latest that an event of ours may come."""
         soon = self._unit.now() + soon_s
         dues = [due for due, _, _ in self._due[:1] if due <= soon]
+        if self._unit.now() < self._listened:
+            dues.append(self._listened)
         for held in self._held.values():
             if held.is_released:
                 dues.append(self._over(held))
@@ -298,12 +303,12 @@ class Holding:
 
     def _cut_short(self, axis: int, held: Held) -> None:
         """Nothing tells that a key moves its axis: release it, and whatever else was pressed in its place."""
-        self._shortened(axis, held)
         other = self._held.get(1 - axis)
         if other is None:
             self._unit.release((1 - axis,))
         elif other.is_pressed and not other.is_released:
             self._shortened(1 - axis, other)
+        self._shortened(axis, held)
 
     def _shortened(self, axis: int, held: Held) -> None:
         """Release a key before its time."""
@@ -344,6 +349,10 @@ class Holding:
         finally:
             self._unit.withdraw()
 
+    def _near(self, seconds: float) -> bool:
+        """Whether a key is to be released so soon."""
+        return any(not down and due - self._unit.now() < seconds for due, _, down in self._due)
+
     def _due_in(self, axis: int) -> float:
         """Seconds until the release of a key that is held is to be sent."""
         dues = [due for due, each, down in self._due if each == axis and not down]
@@ -355,7 +364,7 @@ class Holding:
         return held is not None and held.is_pressed and not held.is_released
 
     def _do(self, due: float, axis: int, down: bool) -> None:
-        if not down:
+        if not down or self._near(SOON_S):
             self._beside.hasten()
         self._listen(due - self._unit.key_s)
         held = self._held.get(axis)
@@ -471,13 +480,24 @@ class Holding:
             way = held.measured(duration, jitter)
             doubt = abs(held.press.key.rate) * math.hypot(each.early_s, held.began.early_s) / 2.0
             self._axes[axis].ended(way._replace(sigma=math.hypot(way.sigma, doubt)), each.time)
-            del self._held[axis]
+            self._over_with(axis, held)
 
     def _by_its_key(self, axis: int, held: Held, most: float = 0.0) -> None:
         """A motion is over of which an event was lost: it went as far as its key was held, `most` seconds at most."""
         self._axes[axis].ended(held.planned(self.punctuality.jitter, most), self._unit.now())
         self.unproven = True
+        self._over_with(axis, held)
+
+    def _over_with(self, axis: int, held: Held) -> None:
+        """Its motion is over; a release that was sent again may have become a press, of which nothing need tell."""
         del self._held[axis]
+        if held.is_again:
+            self._let_be(*(each for each in (1 - axis, axis) if each not in self._held))
+
+    def _let_be(self, *axes: int) -> None:
+        """Release keys of which none is to be held, and hear whether one moves all the same."""
+        self._unit.release(axes)
+        self._listened = self._unit.now() + _EVERY_S + self._unit.delay_s
 
     def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:
         """An event that may have waited for the line, at the moment that a blip of its axis tells where there is one.
@@ -498,7 +518,7 @@ class Holding:
     def _lost(self, axis: int, what: str, why: str = "") -> None:
         held, self.speed = self._held.pop(axis), None  # which one is in force is no surer than what moved
         self._due = [each for each in self._due if each[1] != axis]
-        self._unit.release((axis, axis))
+        self._let_be(axis, axis)
         self._rest()
         now = self._unit.now()
         here = self._axes[axis].at(now)
@@ -511,7 +531,7 @@ class Holding:
         """Something else moves an axis."""
         self.speed = None
         self._lose(FOREIGN.format(axis + 1))
-        self._unit.release((axis, axis))
+        self._let_be(axis, axis)
 
     # Letting go ------------------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mounts.awr import commands
 from mounts.awr.errors import AwrError
-from mounts.awr.messages import Done, Event, Message, Response, Status, Strange, Word, Written, decoded
+from mounts.awr.messages import Done, Event, Message, Moving, Response, Status, Strange, Word, Written, decoded
 from mounts.awr.packets import Packet, Packets
 from mounts.awr.registers import (
     BY_ADDRESS,
@@ -25,8 +25,8 @@ from mounts.awr.registers import (
     supported,
     version_of,
 )
-from mounts.awr.steady import SteadyClock
 from mounts.errors import DriveRefused, WrongProtocol
+from mounts.steady import SteadyClock
 from transports.errors import LinkError, NoAnswer
 from transports.kept_link import LinkAtNeed
 from transports.link import Clock, Link
@@ -103,6 +103,8 @@ class Unit:
         """Called before each command and each wait: a sign of life for whoever watches the host."""
         self.slice_s = float("inf")
         """The longest wait without it."""
+        self.at_rest: Callable[[], bool] = _never
+        """Whether no key is to be held: one that is told to move an axis is released, whatever is awaited."""
         self._promised: dict[int, float] = {}  # when the keys of axes are released, be another answer awaited
         self._kept_promises: dict[int, float] = {}  # when that was sent first
 
@@ -542,12 +544,27 @@ class Unit:
                 self._kept_promises.setdefault(axis, sent)
                 self._strays += 1
         soon = min(self._promised.values(), default=math.inf) - self.now()
-        return self._hear(max(0.0, min(seconds, self.slice_s, soon)))
+        before = len(self._events)
+        answers = self._hear(max(0.0, min(seconds, self.slice_s, soon)))
+        if self.at_rest() and any(_moves(each) for each in list(self._events)[before:]):
+            self._kept.opened().write(b"".join(map(commands.packet, commands.RELEASES)))
+            self._strays += len(commands.RELEASES)
+        return answers
 
     def _renewed(self) -> None:
         """Whatever was asked on the last link may be answered on a new one."""
         self._packets = Packets(self.byte_s)
         self._strays = math.inf
+
+
+def _never() -> bool:
+    """Nobody knows of keys."""
+    return False
+
+
+def _moves(happened: Happened) -> bool:
+    """Whether it is told that an axis moves."""
+    return isinstance(happened.event, Moving) and any(happened.event.axes)
 
 
 def _nobody() -> None:

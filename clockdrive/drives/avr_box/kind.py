@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from clockdrive.clock import SystemClock
 from clockdrive.configuration import Configuration
 from clockdrive.drives.avr_box.figures import AvrBoxWords
 from clockdrive.drives.avr_box.sections import axes_of
@@ -67,10 +68,17 @@ def drive(
     memory: Mapping[str, object],
     remember: "Remember",
 ) -> "tuple[AvrBoxDrive, Configuration]":
-    """Make the drive, not yet connected; the box holds no keys of the configuration."""
-    from mounts.avr_box.box import Box  # noqa: PLC0415 - a plan alone needs no drive
-    from mounts.avr_box.drive import AvrBoxDrive  # noqa: PLC0415 - likewise
+    """Make the drive, not yet connected; the box holds no keys of the configuration.
 
+    Its moves are timed by a clock that nobody sets: none may be sent into the one before it.
+    """
+    from clockdrive.clock_watch import running_time  # noqa: PLC0415 - a plan alone needs no drive
+    from mounts.avr_box.box import Box  # noqa: PLC0415 - likewise
+    from mounts.avr_box.drive import AvrBoxDrive  # noqa: PLC0415 - likewise
+    from mounts.steady import SteadyClock  # noqa: PLC0415 - likewise
+
+    if isinstance(clock, SystemClock) and not lines:
+        clock = SteadyClock(clock, running_time)
     box = Box(opening(configuration, clock, lines), clock, baud(configuration))
     return AvrBoxDrive(box, settings(configuration), memory, remember), configuration
 

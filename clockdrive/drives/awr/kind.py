@@ -81,9 +81,9 @@ def drive(
     """Make the drive, not yet connected; the unit holds no keys of the configuration."""
     from mounts.awr.dead_man_frames import safe_frames  # noqa: PLC0415 - a plan alone needs no drive
     from mounts.awr.drive import AwrDrive  # noqa: PLC0415 - likewise
-    from mounts.awr.steady import SteadyClock  # noqa: PLC0415 - likewise
     from mounts.awr.unit import Unit  # noqa: PLC0415 - likewise
     from mounts.deadman import DeadMan  # noqa: PLC0415 - likewise
+    from mounts.steady import SteadyClock  # noqa: PLC0415 - likewise
 
     timeout_s = drive_of(configuration).timeout_s
     if lines:

@@ -3,7 +3,7 @@
 from clockdrive.clock import SystemClock
 from clockdrive.configuration import load
 from clockdrive.drives.awr.kind import drive
-from mounts.awr.steady import SteadyClock
+from mounts.steady import SteadyClock
 
 
 def test_keys_of_a_unit_are_timed_by_a_clock_that_nobody_sets(tmp_path):

@@ -1,9 +1,12 @@
 """A program that is interrupted while it sends a command: the next one is told, and completes nothing."""
 
+from dataclasses import replace
+
 import pytest
-from avr_bench import SIDEREAL, Bench, Line
+from avr_bench import SETTINGS, SIDEREAL, T0, Bench, Line
 
 from mounts.avr_box.box import HALF_A_COMMAND
+from mounts.avr_box.memory import at_park
 from mounts.drive import AxisSlew
 
 
@@ -55,3 +58,38 @@ def test_what_is_interrupted_between_sending_and_reckoning_a_move_is_in_doubt(mo
         bench.drive.start([AxisSlew(1_200_000.0, SIDEREAL), AxisSlew(5000.0)], bench.clock.now())
     assert bench.kept["sending"]
     assert bench.read().unsynchronised == HALF_A_COMMAND
+
+
+@pytest.mark.parametrize("counts", [20000, 0], ids=["encoders", "blind"])
+@pytest.mark.parametrize("rate", [SIDEREAL, 0.9 * SIDEREAL], ids=["guided", "beside short moves"])
+@pytest.mark.parametrize("sent", [True, False])
+def test_single_steps_are_known_to_the_next_program_wherever_this_one_was_killed(sent, rate, counts):
+    settings = replace(SETTINGS, encoder_counts_per_turn=counts)
+    first = Bench(settings, memory={**at_park((0, 0), T0, ""), "proved": True})
+    first.connect()
+    start = tuple(axis.counts for axis in first.read().axes)
+    first.follow(Line((start[0] + 40.0, 0.0), (rate, 2.0), first.clock.now()), 6.0)
+    receive, step = first.box.receive, []
+
+    def killed(data, t):
+        if data[:1] not in b"<>":
+            return receive(data, t)
+        step.append(data[1])
+        if sent:
+            receive(data, t)
+        raise KeyboardInterrupt
+
+    first.box.receive = killed
+    here = tuple(axis.at(first.clock.now()).counts for axis in first.drive.axes)
+    with pytest.raises(KeyboardInterrupt):
+        first.follow(Line((here[0], here[1] + 57.0), (rate, 2.0), first.clock.now()), 6.0)
+    first.box.receive = receive
+    first.clock.sleep(8.0)
+    second = Bench(settings, memory=dict(first.kept), box=first.box, clock=first.clock)
+    reading = second.connect()
+    off = abs(reading.axes[1].counts - second.true()[1])
+    stated = reading.axes[1].uncertainty_counts
+    print(f"\nkilled {'after' if sent else 'before'} {step[0]} steps: {off:.1f} microsteps off, stated {stated:.1f}")
+    assert step[0] > 50
+    assert off <= (0.5 if sent else stated)
+    assert off <= stated + 0.5

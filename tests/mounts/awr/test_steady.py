@@ -4,9 +4,9 @@ import pytest
 from awr_bench import SIDEREAL, T0, Bench
 
 from clockdrive.clock import VirtualClock
-from mounts.awr.steady import SteadyClock
 from mounts.drive import AxisSlew
 from mounts.errors import Unsynchronised
+from mounts.steady import SteadyClock
 from transports.memory import MemoryLink
 
 

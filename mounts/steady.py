@@ -36,6 +36,10 @@ class SteadyClock:
         """Let `seconds` pass."""
         self._clock.sleep(seconds)
 
+    def behind(self) -> float:
+        """Seconds that it goes behind the clock, as that is set now; below 0 where it goes ahead."""
+        return self._both()[0] - self._ahead
+
     def step(self) -> float:
         """Seconds by which the clock was set since, positive forward; 0 for what a time service corrects."""
         ahead, unsure = self._both()
