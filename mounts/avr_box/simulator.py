@@ -5,6 +5,8 @@ unless a slew has it, TIMER0 moves axis 2. Bytes are taken as they come; a comma
 rest for ever, and letters that are none are passed over.
 """
 
+import math
+import random
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
@@ -71,6 +73,8 @@ class SimulatedAvrBox:
         self._signs = signs
         self._t0 = t0
         self._now = 0  # crystal cycles
+        self._chance = random.Random(settings.seed)  # noqa: S311 - nothing secret
+        self._pressed_at = self._next_press()
         self.flags = _FLAGS_AT_BOOT
         self.bin = self.zero = 0
         self._held = bytearray()  # of a command that is not whole
@@ -91,7 +95,18 @@ class SimulatedAvrBox:
     def receive(self, data: bytes, t: float) -> bytes:
         """Take bytes that arrived at POSIX `t`; return the answers."""
         self.advance(t)
-        return b"".join(self._byte(byte) for byte in data)
+        return self._carried(b"".join(self._byte(byte) for byte in self._carried(data)))
+
+    def _carried(self, data: bytes) -> bytes:
+        """What comes of bytes at the other end of a worn line."""
+        lost, doubled = self.settings.byte_loss, self.settings.byte_doubling
+        if not (lost or doubled):
+            return data
+        chances = [self._chance.random() for _ in data]
+        return b"".join(
+            bytes((byte,)) * (0 if chance < lost else 2 if chance < lost + doubled else 1)
+            for byte, chance in zip(data, chances, strict=True)
+        )
 
     def _byte(self, byte: int) -> bytes:
         self._held.append(byte)
@@ -157,12 +172,25 @@ class SimulatedAvrBox:
         """Let the timers run until POSIX `t`; a time already passed changes nothing."""
         until = int((t - self._t0) * CRYSTAL_HZ * (1.0 + self.settings.clock_drift_ppm * 1e-6))
         while self._now < until:
-            cycles = min(until - self._now, self._quiet())
+            cycles = int(min(until - self._now, self._quiet(), self._pressed_at - self._now))
             self._run(cycles)
             self._now += cycles
             self._tick_in -= cycles
             if self._tick_in <= 0:
                 self._ticks()
+            if self._now >= self._pressed_at:
+                self._press()
+
+    def _next_press(self) -> float:
+        """When the next key of the hand controller is pressed, crystal cycles."""
+        every = self.settings.hand_every_s
+        return self._now + math.ceil(every * CRYSTAL_HZ * self._chance.uniform(0.5, 1.5)) if every else math.inf
+
+    def _press(self) -> None:
+        """Somebody presses a key of the hand controller: 5′ of either axis."""
+        axis = self._chance.choice((0, 1))
+        self._begin(axis, FIVE_ARCMIN[axis], self._chance.choice((-1, 1)), 1)
+        self._pressed_at = self._next_press()
 
     def _quiet(self) -> int:
         """Cycles until a tick of TIMER1 changes what moves; ticks that change nothing are run through together."""
@@ -269,6 +297,7 @@ class SimulatedAvrBox:
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go on from a snapshot."""
         self._t0, self._now, self.flags = kept["t0"], kept["now"], kept["flags"]
+        self._pressed_at = self._next_press()
         self.bin, self.zero, self._held = kept["bin"], kept["zero"], bytearray.fromhex(kept["held"])
         self._tick_in, self._tracked = kept["tick_in"], kept["tracked"]
         self._guiding = (kept["guiding"][0], kept["guiding"][1])

@@ -47,6 +47,12 @@ class SimulatorSettings:
         Fraction of the steps of a slew at full speed that the motors do not make.
     index_pulse : bool
         A Hall sensor resets the PEC pointer once a turn of the worm.
+    byte_loss, byte_doubling : float
+        How likely a byte is lost, or comes twice, either way.
+    hand_every_s : float
+        How often somebody presses a key of the hand controller, on the average, which moves an axis 5′; 0: never.
+    seed : int
+        Of what is random in it.
     """
 
     move_count: Literal["total", "half"] = "total"
@@ -69,3 +75,7 @@ class SimulatorSettings:
     clock_drift_ppm: float = 0.0
     lost_steps: float = 0.0
     index_pulse: bool = True
+    byte_loss: float = 0.0
+    byte_doubling: float = 0.0
+    hand_every_s: float = 0.0
+    seed: int = 1

@@ -56,6 +56,9 @@ class AvrSimulator(SimulatorSection):
     fine_compare: int
     interrupted: Literal["lost", "kept"]
     index_pulse: bool
+    byte_loss: float
+    byte_doubling: float
+    hand_every_s: float
 
 
 _OWN = OwnSections(AvrDrive, AvrAxis, AvrAxis, AvrSimulator)

@@ -198,3 +198,23 @@ def test_it_goes_on_from_its_snapshot():
         unit.advance(T0 + 100.0)
     assert [one.true_position(axis) for axis in (1, 2)] == [two.true_position(axis) for axis in (1, 2)]
     assert one.true_position(2) == 16
+
+
+def test_a_worn_line_loses_and_doubles_as_many_bytes_as_it_is_told_either_way():
+    lost, doubled = plain(byte_loss=0.2), plain(byte_doubling=0.2)
+    answers = [b"".join(unit.receive(b"P", T0) for _ in range(1000)) for unit in (lost, doubled)]
+    print(f"\n{len(answers[0])} and {len(answers[1])} bytes of 14000 sent")
+    assert len(answers[0]) == pytest.approx(14_000 * 0.8 * 0.8, rel=0.05)
+    assert len(answers[1]) == pytest.approx(14_000 * 1.2 * 1.2, rel=0.05)
+
+
+def test_somebody_at_the_hand_controller_moves_an_axis_five_arcminutes_as_often_as_is_told():
+    unit, moves = plain(hand_every_s=60.0), 0
+    moving = (False, False)
+    for second in range(6000):
+        unit.advance(T0 + second)
+        moves += sum(now and not before for now, before in zip(unit.moving, moving, strict=True))
+        moving = unit.moving
+    print(f"\n{moves} moves in 100 minutes")
+    assert 90 <= moves <= 110
+    assert unit.true_position(2) % 2764 == 0
