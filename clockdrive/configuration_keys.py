@@ -497,6 +497,8 @@ _SIMULATOR = (
         choices=("standard",), drives=_AVR, example="slew_table.csv"),
     Key("simulator", "table_clocks", "text", "byte+1", "how many timer clocks a byte of its slew table means",
         choices=("byte+1", "byte"), drives=_AVR),
+    Key("simulator", "guide_ends", "text", "tick", "its guiding ends at the n-th tick, or lasts so many whole ones",
+        choices=("tick", "whole"), drives=_AVR),
     Key("simulator", "fine_compare", "integer", 255, "compare value of its timer for single microsteps of axis 2", "",
         1, 255, drives=_AVR),
     Key("simulator", "interrupted", "text", "lost", "what becomes of a microstep of tracking that a slew interrupts",

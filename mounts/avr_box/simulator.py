@@ -80,6 +80,7 @@ class SimulatedAvrBox:
         self._held = bytearray()  # of a command that is not whole
         self._tick_in = TICK_CYCLES
         self._guiding = (0, 0)  # ticks left, and the sign of the change of rate
+        self._guided_until = math.inf  # crystal cycles at which guiding ends that lasts whole ticks
         self._tracked = 0  # cycles since the last microstep of tracking
         self._fine = (0, 0, 0)  # microsteps of axis 2 left of < or >, direction, cycles run of the present one
         self._missed = [0.0, 0.0]  # microsteps that the motors did not make, or a hand undid
@@ -150,6 +151,8 @@ class SimulatedAvrBox:
             self._fine = (1, north, 0)
         elif letter in "+-" and self.flags & RA_GUIDING:
             self._guiding = (number, 1 if letter == "+" else -1)
+            whole = number and self.settings.guide_ends == "whole"
+            self._guided_until = self._now + number * TICK_CYCLES if whole else math.inf
         elif letter in "<>" and self.flags & DEC_GUIDING:
             self._fine = (number, north if letter == ">" else -north, 0)
 
@@ -172,12 +175,15 @@ class SimulatedAvrBox:
         """Let the timers run until POSIX `t`; a time already passed changes nothing."""
         until = int((t - self._t0) * CRYSTAL_HZ * (1.0 + self.settings.clock_drift_ppm * 1e-6))
         while self._now < until:
-            cycles = int(min(until - self._now, self._quiet(), self._pressed_at - self._now))
+            due = min(until, self._pressed_at, self._guided_until)
+            cycles = int(min(due - self._now, self._quiet()))
             self._run(cycles)
             self._now += cycles
             self._tick_in -= cycles
             if self._tick_in <= 0:
                 self._ticks()
+            if self._now >= self._guided_until:
+                self._guiding, self._guided_until = (0, 0), math.inf
             if self._now >= self._pressed_at:
                 self._press()
 
@@ -210,7 +216,8 @@ class SimulatedAvrBox:
         self._tick_in += passed * TICK_CYCLES
         self.bin = (self.bin + passed) % BINS
         left, sign = self._guiding
-        self._guiding = (max(0, left - passed), sign)
+        if self._guided_until == math.inf:
+            self._guiding = (max(0, left - passed), sign)
 
     def _run(self, cycles: int) -> None:
         self._run_axis1(cycles)
@@ -280,6 +287,7 @@ class SimulatedAvrBox:
             "held": self._held.hex(),
             "tick_in": self._tick_in,
             "guiding": list(self._guiding),
+            "guided_until": None if self._guided_until == math.inf else self._guided_until,
             "tracked": self._tracked,
             "fine": list(self._fine),
             "missed": list(self._missed),
@@ -301,6 +309,7 @@ class SimulatedAvrBox:
         self.bin, self.zero, self._held = kept["bin"], kept["zero"], bytearray.fromhex(kept["held"])
         self._tick_in, self._tracked = kept["tick_in"], kept["tracked"]
         self._guiding = (kept["guiding"][0], kept["guiding"][1])
+        self._guided_until = math.inf if kept["guided_until"] is None else kept["guided_until"]
         self._fine = (kept["fine"][0], kept["fine"][1], kept["fine"][2])
         self._missed, self._encoder_zero = list(kept["missed"]), tuple(kept["encoder_zero"])
         for motor, state in zip(self.motors, kept["motors"], strict=True):

@@ -28,6 +28,8 @@ class SimulatorSettings:
         An encoder counts nothing, as its cable is off, and is said to stand where it was when it was switched on.
     encoder_counts_per_turn : int
         0: none are fitted, and `Q` answers zeros.
+    guide_ends : str
+        When `+` and `-` end: at the n-th "tick" of TIMER1, or n "whole" ticks after they were heard.
     slew_table : tuple of int
         The table in its program memory.
     table_clocks : str
@@ -58,6 +60,7 @@ class SimulatorSettings:
     move_count: Literal["total", "half"] = "total"
     axis_bit: int = 1
     guide_counts: int = 4
+    guide_ends: Literal["tick", "whole"] = "tick"
     reversed1: bool = False
     reversed2: bool = False
     north_reversed: bool = False

@@ -53,6 +53,7 @@ class AvrSimulator(SimulatorSection):
     encoder_counts_per_turn: int
     slew_table: Path | Literal["standard"] | None
     table_clocks: Literal["byte+1", "byte"]
+    guide_ends: Literal["tick", "whole"]
     fine_compare: int
     interrupted: Literal["lost", "kept"]
     index_pulse: bool

@@ -107,6 +107,16 @@ def test_the_steps_of_a_slew_last_by_the_law_of_its_bytes(changes, seconds):
     assert unit.moving == (False, False)
 
 
+@pytest.mark.parametrize(("ends", "guided_s"), [("tick", 1.5 * 0.461888), ("whole", 2.0 * 0.461888)])
+def test_guiding_ends_at_the_nth_tick_or_lasts_as_many_whole_ones(ends, guided_s):
+    unit = plain(guide_ends=ends)
+    unit.advance(T0 + 0.5 * 0.461888)
+    unit.receive(b"+\x02", T0 + 0.5 * 0.461888)
+    unit.advance(T0 + 10.0)
+    faster = 16e6 / 256 * (1 / 222 - 1 / 226)  # microsteps a second: 4 counts fewer
+    assert abs(unit.true_position(1) - (16e6 / 256 / 226 * 10.0 + faster * guided_s)) < 1.0
+
+
 @pytest.mark.parametrize(("compare", "seconds"), [(255, 0.8192), (63, 0.2048)])
 def test_single_microsteps_go_by_the_compare_value_of_their_timer(compare, seconds):
     unit = plain(fine_compare=compare)

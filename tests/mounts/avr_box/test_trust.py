@@ -50,6 +50,7 @@ OPPOSITE = {
     "slew table": {"slew_table": coarser_table()},
     "north": {"north_reversed": True},
     "guide counts": {"guide_counts": 8},
+    "guiding ends": {"guide_ends": "whole"},
     "busy": {"busy": "ignore"},
     "table clocks": {"table_clocks": "byte"},
     "single steps": {"fine_compare": 63},
