@@ -205,7 +205,7 @@ class Holding:
         try:
             while (until := self._until(soon_s)) is not None:
                 if self._due and self._due[0][0] <= until:
-                    self._do(*self._due.pop(0))
+                    self._do(*self._due[0])
                 else:
                     self._listen(until, lambda event: isinstance(event, Moving))
                     self._overdue()
@@ -330,7 +330,8 @@ class Holding:
         with self._promised(axis):
             self._unit.release((axis,))
         heard, held = self._unit.heard, self._held.get(other)
-        if held is not None and held.is_seen and self._is_down(other) and self._due_in(other) > 2.0 * _ROOM_S:
+        room_s = 2.0 * (_ROOM_S + self._unit.silence_s)  # a press that waits for silence would hold up the release
+        if held is not None and held.is_seen and self._is_down(other) and self._due_in(other) > room_s:
             with self._promised(other, pressed=True), suppress(NoAnswer):
                 self._unit.key(commands.PRESSES[other, held.press.sign])
         self._unit.heard = heard
@@ -368,6 +369,9 @@ class Holding:
         if not down or self._near(SOON_S):
             self._beside.hasten()
         self._listen(due - self._unit.key_s)
+        if (due, axis, down) not in self._due:  # what was heard meanwhile has taken it back
+            return
+        self._due.remove((due, axis, down))
         held = self._held.get(axis)
         if held is None:
             return
@@ -499,7 +503,8 @@ class Holding:
 
     def _let_be(self, *axes: int) -> None:
         """Release keys of which none is to be held, and hear whether one moves all the same."""
-        self._unit.release(axes)
+        with self._promised(axes[-1]):
+            self._unit.release(axes)
         self._listened = self._unit.now() + _EVERY_S + self._unit.delay_s
 
     def _when(self, axis: int, press: Press, each: Happened, *, moves: bool) -> Happened:

@@ -227,6 +227,11 @@ class Unit:
         self._note_heard(self._sent)
         return self._sent + self.delay_s
 
+    @property
+    def silence_s(self) -> float:
+        """Seconds of silence that must pass before a key is pressed, as an answer may still be on its way."""
+        return self.timeout_s + 2.0 * self.delay_s if self._strays else 0.0
+
     def promise(self, releases: Mapping[int, float], axis: int | None) -> None:
         """Release other keys at their times, while one of an axis awaits its answer; of that it is known when."""
         self._promised = dict(releases)
@@ -524,7 +529,7 @@ class Unit:
         the unit is, that is waited for longer.
         """
         for _ in range(_ROUNDS):
-            wait = max(longer_s, self.timeout_s + 2.0 * self.delay_s) if self._strays else 0.0
+            wait = max(longer_s, self.silence_s) if self._strays else 0.0
             since = self.now()
             while True:
                 self._await(max(0.0, since + wait - self.now()))
